@@ -97,7 +97,7 @@ def load(path, target, mesh, radar, precision="double"):
     tolerances["warnings"] += halves.sentences(vertices, triangles, completed, planes, near)
     if mesh.get("remesh", True):
         waves = [sweep.C0 / band[-1] for band in sweep.bands(radar, mesh["bands"])]
-        tolerances["warnings"] += gaps.sentences(vertices, triangles, edges[0], waves[0], waves[-1])
+        tolerances["warnings"] += gaps.sentences(vertices, triangles, edges, waves)
     for axis in symmetry.axes(planes):
         limit = symmetry.allowed(radar)
         apart, place = from_mirror_image(vertices, triangles, edge, axis)

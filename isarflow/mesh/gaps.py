@@ -12,28 +12,30 @@ FACING = -0.95  # cosine between the normals of walls that face each other; betw
 NEXT = 1.5  # wanted edges between samples of one gap, at most
 
 
-def sentences(vertices, triangles, edge, coarse, wavelength):
-    """Sentence on the longest narrow gap of a surface whose coarsest mesh has `edge` m at `coarse` m of wavelength.
-
-    `wavelength`: the shortest, in metres.
-    """
-    places, width = _gaps(vertices, triangles, edge)
+def sentences(vertices, triangles, edges, wavelengths):
+    """Sentence on the longest gap of a surface that is narrow and long in a band. Edges and wavelengths: m, of each."""
+    places, width = _gaps(vertices, triangles, edges[0])
     # One place a cell is enough: a file's needles have very many.
-    some = np.unique(np.rint(places / (edge / 2)), axis=0, return_index=True)[1]
+    some = np.unique(np.rint(places / (edges[0] / 2)), axis=0, return_index=True)[1]
     places, width = places[some], width[some]
-    count, gap = topology.groups(cKDTree(places).query_pairs(NEXT * edge, output_type="ndarray"), len(places))
-    # The largest extents, along the axes of inertia.
-    off = [places[gap == number] - places[gap == number].mean(axis=0) for number in range(count)]
-    extent = [np.ptp(each @ np.linalg.svd(each, full_matrices=False)[2].T, axis=0).max() for each in off]
-    longest = int(np.argmax(extent)) if count else 0
-    if count and extent[longest] > LONG * wavelength:
-        middle = places[gap == longest][(off[longest] ** 2).sum(axis=1).argmin()]
-        across = np.median(width[gap == longest]) * 1000
+    count, gap = topology.groups(cKDTree(places).query_pairs(NEXT * edges[0], output_type="ndarray"), len(places))
+    found = []
+    for number in range(count):
+        own, across = places[gap == number], np.median(width[gap == number])
+        off = own - own.mean(axis=0)
+        # The largest extent, along the axes of inertia.
+        extent = np.ptp(off @ np.linalg.svd(off, full_matrices=False)[2].T, axis=0).max()
+        for edge, wavelength in zip(edges, wavelengths, strict=True):
+            if across < NARROW * edge and extent > LONG * wavelength:
+                middle = own[(off**2).sum(axis=1).argmin()]
+                found.append((extent, edge, wavelength, across, topology.place(middle)))
+    if found:
+        extent, edge, wavelength, across, place = max(found)
         yield (
-            f"Near {topology.place(middle)} two walls face each other across {across:.2g} mm of air, over "
-            f"{extent[longest]:.2g} m (wavelengths down to {wavelength:.2g} m): it may resonate, and with edges of "
-            f"{edge * 1000:.2g} mm the field may then be off by about 1 dB. See what "
-            f"'mesh.edges_per_wavelength: {2 * coarse / edge:.0f}' changes."
+            f"Near {place} two walls face each other across {across * 1000:.2g} mm of air, over {extent:.2g} m: at "
+            f"{wavelength:.2g} m of wavelength it may resonate, and with edges of {edge * 1000:.2g} mm the field may "
+            f"then be off by half a decibel and more. See what 'mesh.edges_per_wavelength: "
+            f"{2 * wavelength / edge:.0f}' changes."
         )
 
 

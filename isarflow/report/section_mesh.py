@@ -23,7 +23,8 @@ def section(results):
     figures = [draw(results, name) for draw in (picture, comparison) for name in results.drawn_meshes]
     tables, text = (), []
     if results.meshed:
-        tables = (folded(quality_table(results), results.drawn_meshes),)
+        own = [name for name in results.meshed if "family" not in results.settings["targets"][name]]
+        tables = (folded(quality_table(results), results.drawn_meshes + own),)
         text.append("Each target has one mesh per frequency band, with edges sized to its shortest wavelength.")
         shown = [name for name, mesh in results.meshes.items() if name in results.drawn or mesh["repairs"]]
         repairs = [f"{name} ({counted(results.meshes[name]['repairs']) or 'none'})" for name in shown]
@@ -117,7 +118,7 @@ def quality_table(results):
 
 
 def folded(every, drawn):
-    """A table of quality with one model of each kind, those that are `drawn`, and each other row that misses a goal."""
+    """A table of quality with the targets that are `drawn`, of a family one, and each other row that misses a goal."""
     shown = every.shown[every.shown["target"].isin(drawn) | _misses(every.shown)]
     if len(shown) == len(every.shown):
         return every

@@ -26,6 +26,7 @@ UNITS = {
 # 4, reflects and transmits within 1.4 to 2.4 % of the incident field as its sheet at normal incidence; at 60 degrees,
 # where the wave polarizes it across, within 18 %.
 THICKEST = 1 / 10
+NEARLY_METAL = 0.01  # of the impedance of vacuum: a half space of such a conductor reflects all but 0.2 dB
 
 
 def impedance(material, frequency):
@@ -51,7 +52,10 @@ def why_no_sheet(material, frequency):
     wavelength, solid = C0 / frequency, "so thick a wall is not solved"
     if "conductivity" in material:
         depth = np.sqrt(wavelength / (np.pi * ETA * material["conductivity"]))
-        skin = depth, "its skin depth", "so thick a conductor scatters like metal: leave 'material' out"
+        # Z of the half space is (1 + j) / (sigma depth): far below that of vacuum it is nearly metal.
+        is_metal = 1 / (material["conductivity"] * depth) < NEARLY_METAL * ETA
+        like_metal = "so thick a conductor scatters like metal: leave 'material' out"
+        skin = depth, "its skin depth", like_metal if is_metal else solid
         limits = [skin, (THICKEST * wavelength, "a tenth of the wavelength", solid)]
     else:
         inside = wavelength / abs(np.sqrt(_permittivity(material)))

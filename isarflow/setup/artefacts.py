@@ -190,7 +190,7 @@ class Plan:
     def families(self):
         """The `kinds` of all targets and what they stand for, their `classes`, where an experiment is by family."""
         by_family = any(experiments.is_by_family(run) for run in self.runs.values())
-        targets = self.config["targets"] if by_family else {}
+        targets = dict(sorted(self.config["targets"].items())) if by_family else {}
         classes = {name: experiments.class_of(targets, name) for name in targets if targets[name]["role"] == "known"}
         kinds = {name: experiments.kind_of(targets, name) for name in targets}
         return {"kinds": kinds, "classes": dict.fromkeys(targets, OTHER) | classes}

@@ -39,7 +39,9 @@ def load(*overlays):
     ranges.write_out_snrs(config)
     if isinstance(config["seed"], list):
         config["seed"], *config["further_seeds"] = config["seed"]
-    config["targets"] = materials.written_out(expanded(config["targets"]))
+    config["targets"] = materials.written_out(
+        expanded(config["targets"]), lambda path: _changed(read_yaml(path), _number)
+    )
     for target in config["targets"].values():
         target |= {key: _changed(target[key], _from_here) for key in ("mesh", "field", "reference") if key in target}
     learning = config["learning"]

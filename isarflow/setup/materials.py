@@ -8,26 +8,27 @@ from isarflow.core.words import near
 from isarflow.scattering import needs
 from isarflow.scattering.materials import FORMS, why_no_sheet
 from isarflow.setup.schema import check_schema, schema
-from isarflow.setup.yaml_file import read_yaml
 
 CATALOGUE = ROOT / "config" / "materials.yaml"
 
 
-def written_out(targets):
+def written_out(targets, read):
     """Return a config's targets with the numbers of their materials that have a name, the target's own beside them.
 
+    read: the function that reads a config's file.
     Raises InputError for a name that config/materials.yaml does not have, and for numbers there that are none.
     """
-    return {name: target | _written_out(("targets", name, "material"), target) for name, target in targets.items()}
+    written = {name: _written_out(("targets", name, "material"), target, read) for name, target in targets.items()}
+    return {name: target | written[name] for name, target in targets.items()}
 
 
-def _written_out(path, target):
+def _written_out(path, target, read):
     """A target's `material` with its numbers, a mapping of that key alone; {} where what the target says is whole."""
     said = target.get("material", {})
     said = {"name": said} if isinstance(said, str) else said
     if "name" not in said:
         return {}
-    known, name = read_yaml(CATALOGUE), said["name"]
+    known, name = read(CATALOGUE), said["name"]
     if name not in known:
         there = f"config/materials.yaml has {', '.join(known)}"
         raise InputError(f"config key '{'.'.join(path)}': there is no material '{name}'{near(name, known)} {there}.")
@@ -44,9 +45,10 @@ def problems(config):
         if "material" not in target:
             continue
         key, material = f"targets.{name}.material", target["material"]
-        if not kind(SOLVERS, solver).stated.get("sheets", False):
+        is_metal = material.get("resistance") == 0  # which all solve
+        if not is_metal and not kind(SOLVERS, solver).stated.get("sheets", False):
             yield f"'{key}': the solver '{solver}' has perfect conductors alone; take mom, or leave it out."
-        if needs.method(config, name).get("formulation") == "cfie":
+        if not is_metal and needs.method(config, name).get("formulation") == "cfie":
             yield f"'{key}': sheets are solved by 'formulation: efie' alone; write it for this target, or leave it out."
         yield from _of_form(key, material)
         if why := why_no_sheet(material, frequencies(config["radar"])[-1]):
@@ -56,7 +58,7 @@ def problems(config):
 def _of_form(key, material):
     """Find what a material, a mapping, has too much or lacks of the form that it is nearest to."""
     said = material.keys() - {"name"}
-    form = min(FORMS, key=lambda form: len(said ^ set(form)))
+    form = min(FORMS, key=lambda form: (-len(said & set(form)), len(said ^ set(form))))
     for more in sorted(said - set(form)):
         has = " and ".join(number for number in form if number in said)
         yield f"'{key}.{more}': a material with {has} has none; leave it out."

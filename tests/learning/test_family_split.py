@@ -182,6 +182,7 @@ def test_intervals_by_family_are_of_models_drawn_within_their_kinds():
     assert (high - low) / 2 == pytest.approx(stats.t.ppf(0.975, 27) * within, rel=0.1)
     whole = found(dict.fromkeys(shares, "one"))
     assert whole[0] == value and whole[2] - whole[1] > 1.8 * (high - low)
+    assert found({name: name for name in shares}) == whole  # kinds of one model each vary together
 
 
 def test_too_few_models_are_refused_by_name():

@@ -48,7 +48,7 @@ def said(tmp_path, shape):
 @pytest.mark.parametrize("shape", [sheets, slabs])
 def test_a_narrow_gap_is_named_with_its_place_width_and_length(tmp_path, shape):
     (sentence,) = said(tmp_path, shape(5e-4))
-    assert "two walls face each other across 0.5 mm of air, over 0.3 m (wavelengths down to 0.1 m)" in sentence
+    assert "two walls face each other across 0.5 mm of air, over 0.3 m: at 0.1 m of wavelength it may" in sentence
     assert sentence.endswith("See what 'mesh.edges_per_wavelength: 20' changes.")
     place = np.array(sentence.split("(")[1].split(")")[0].split(","), float)
     assert np.abs(place - [0, 0, 5e-4 if shape is sheets else 1e-3]).max() < EDGE

@@ -50,6 +50,27 @@ def test_a_material_s_numbers_are_checked_in_its_file_too(tmp_path, monkeypatch)
         load(of_material({"name": "foam", "thickness": 0.01}))
 
 
+def test_numbers_of_a_material_s_file_may_have_exponents(tmp_path, monkeypatch):
+    (tmp_path / "materials.yaml").write_text("film: {conductivity: 5.8e7, thickness: 1e-7}")
+    monkeypatch.setattr("isarflow.setup.materials.CATALOGUE", tmp_path / "materials.yaml")
+    assert load(of_material("film"))["targets"]["a"]["material"]["conductivity"] == 5.8e7
+
+
+def test_metal_by_name_is_solved_as_metal_is():
+    for settings in ({"formulation": "cfie"}, {"solver": "po"}):
+        load({**of_material("pec"), "scattering": settings})
+
+
+def test_what_a_material_lacks_is_said_of_the_form_that_it_has():
+    said = refusal(load, of_material({"permittivity": 2.9}))
+    assert "material.loss_tangent' is missing" in said and "has none" not in said
+
+
+def test_a_thick_film_is_metal_only_if_it_reflects_like_metal():
+    copper, poor = ({"conductivity": of, "thickness": 2e-2} for of in (5.8e7, 1.0))
+    assert "like metal" in refusal(load, of_material(copper)) and "like metal" not in refusal(load, of_material(poor))
+
+
 @pytest.mark.parametrize("name", read_yaml(ROOT / "config/materials.yaml"))
 def test_every_named_material_is_a_sheet(name):
     tried = {"name": name}, {"name": name, "thickness": 1e-4}

@@ -11,6 +11,7 @@ from isarflow.setup.config import ROOT, load
 from isarflow.setup.families import expanded
 from isarflow.setup.materials import written_out
 from isarflow.setup.schema import check_schema, schema
+from isarflow.setup.yaml_file import read_yaml
 
 # Of mappings of names that the user gives, one that the default config, or OPTIONAL, has.
 NAMED = {"targets": "drone", "models": "knn", "experiments": "fcnn_open", "vary": "arm"}
@@ -67,7 +68,7 @@ def refused(config, path, edit):
     edit(holder)
     with pytest.raises(InputError) as caught:
         check_schema(config, rules(config))
-        config["targets"] = written_out(expanded(config["targets"]))
+        config["targets"] = written_out(expanded(config["targets"]), read_yaml)
         check(config)
     assert "\n" not in str(caught.value)
     return str(caught.value)

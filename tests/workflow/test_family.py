@@ -7,6 +7,7 @@ import pytest
 from test_learning import with_fields
 
 from isarflow import benchmark
+from isarflow.learning.evaluation import paired
 
 CONFIG = """
 name: kinds
@@ -107,6 +108,8 @@ def test_predictions_of_others_are_scored_by_family_as_the_runs_own(project):
         assert both[name].to_numpy(float) == pytest.approx(
             pd.to_numeric(both[f"{name}_of_run"]).to_numpy(), nan_ok=True
         )
+    compared = paired.differences({"one": run, "other": run}, 0, 0.95)
+    assert {*compared["threshold"]} == {"", "blind", "kept", "mix"} and (compared["difference"] == 0).all()
     trained = benchmark.training(run, "novel")
     assert trained.groupby(["fold", "truth"]).size().eq(480).all() and {*trained["truth"]} == {"dart", "disc", "other"}
     board = benchmark.leaderboard(ours.assign(value=pd.to_numeric(ours["value"]), test_snr_db=20.0))

@@ -7,7 +7,11 @@ from isarflow.setup.checkup import REFUSED, brief, checkup, swept
 with job(snakemake):
     lines, refused = [swept(snakemake.params.settings)], []
     print(lines[0])
-    whole = drawn(snakemake.params.settings["targets"])  # of a family the first model
+    targets = snakemake.params.settings["targets"]
+    whole = {
+        *drawn(targets),
+        *(name for name in targets if "family" not in targets[name]),
+    }  # of a family the first model
     for target in snakemake.params.targets:
         found = checkup(snakemake.params.settings, target)
         found = [f"{target}:", *found] if target in whole else brief(target, found)

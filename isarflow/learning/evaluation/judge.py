@@ -49,12 +49,16 @@ class Decision:
         return metrics.numbered(self.test["block"])
 
     def strata(self, blocks=None):
-        """Within which each of these or of all blocks is drawn: the kind of its target by family, else none."""
+        """Within which each of these or of all blocks is drawn: the kind of its target by family, else none.
+
+        All kinds of a single model are one stratum, as alone they would not vary.
+        """
         if self.kinds is None:
             return ()
         firsts = self.test.drop_duplicates("block")
-        targets = dict(zip(firsts["block"].astype(str), firsts["target"], strict=True))
-        return tuple(self.kinds[targets[str(block)]] for block in (self._blocks[0] if blocks is None else blocks))
+        kinds = dict(zip(firsts["block"].astype(str), firsts["target"].map(self.kinds), strict=True))
+        drawn = [kinds[str(block)] for block in (self._blocks[0] if blocks is None else blocks)]
+        return tuple(kind if drawn.count(kind) > 1 else "" for kind in drawn)
 
     @cached_property
     def folds(self):

@@ -5,6 +5,7 @@ import pandas as pd
 
 from isarflow.learning.evaluation import judge, metrics, record
 from isarflow.learning.evaluation.scores import HEAD, read_table, tables_of_cases
+from isarflow.learning.experiments import is_by_family
 
 IMAGE = ["target", "elevation", "azimuth", "realization"]  # columns that identify an image
 METRICS = ("accuracy", "f1_weighted")
@@ -22,11 +23,13 @@ def differences(roots, seed, kept_share):
     `low` and `high` are the 95 % interval of the difference, in whose resamples both runs are drawn alike.
     """
     rows, ((_, reference), *other_runs) = [], [(name, _cases(root)) for name, root in roots.items()]
+    families = record.read(next(iter(roots.values()))).kinds
     for case, paths in reference.items():
         matching = [(name, cases[case]) for name, cases in other_runs if case in cases]
-        decided = _decided(paths, kept_share) if matching else {}
+        kinds = families if is_by_family(dict(zip(HEAD, case, strict=False))) else None
+        decided = _decided(paths, kept_share, kinds) if matching else {}
         for name, of_other in matching:
-            for kind, decision in _decided(of_other, kept_share).items():
+            for kind, decision in _decided(of_other, kept_share, kinds).items():
                 if kind in decided:
                     rows += [[*case, *kind, name, *row] for row in difference(decision, decided[kind], seed)]
     return pd.DataFrame(rows, columns=COLUMNS)
@@ -45,7 +48,7 @@ def difference(decision, reference, seed):
     for suffix in ("", "_of_reference"):
         codes = [pd.Index(labels).get_indexer(common[name + suffix]) for name in ("truth", "predicted")]
         counts.append(metrics.confusion(place, *codes, (len(blocks), len(labels))))
-    for *values, low, high in metrics.differences(counts, [labels, labels], seed, METRICS):
+    for *values, low, high in metrics.differences(counts, [labels, labels], seed, METRICS, reference.strata(blocks)):
         # With few blocks the interval may be wider than a difference of shares can be.
         yield *values, *np.clip([low, high], -1, 1), len(common)
 
@@ -57,8 +60,8 @@ def _cases(root):
     return {(*head, snr): tables[snr] for head, (_, tables) in cases.items() for snr in sorted(tables)}
 
 
-def _decided(paths, kept_share):
+def _decided(paths, kept_share, kinds):
     """The final `Decision`s of one SNR, by confidence score and protocol."""
     table = pd.concat(map(read_table, paths), ignore_index=True)
-    final = [decision for decision in judge.decide(table, kept_share) if decision.is_final]
+    final = [decision for decision in judge.decide(table, kept_share, kinds) if decision.is_final]
     return {(decision.score, decision.threshold): decision for decision in final}

@@ -4,6 +4,7 @@ A run's folder may hold tables of an earlier config, too. Whoever judges a run a
 """
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,8 +21,8 @@ class Record(NamedTuple):
     definition: str  # the config's, of SNR
     runs: dict  # by name: what `experiments.LEARNED` names of each of the config's runs
     tables: list  # <run>/<model>/<label of the SNR>
-    kinds: dict  # of each target by name, where an experiment is by family
-    classes: dict  # likewise: its class, or 'other'
+    kinds: Mapping = {}  # of each target by name, where an experiment is by family
+    classes: Mapping = {}  # likewise: its class, or 'other'
 
 
 def write(path, settings, predictions):

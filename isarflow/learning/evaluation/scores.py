@@ -49,8 +49,8 @@ def score(
     By the other definition than the config's only SNRs are listed at which all images have some. f1_weighted_gain is
     left out where REFERENCE was not trained at the same SNRs, without the same targets; of several the first by name
     counts.
-    f1_weighted_<n>_looks has no interval, as few tracks are independent. validation.csv has of each confidence score
-    and protocol the weighted F1 that the threshold reaches on the images it was chosen with.
+    f1_weighted_<n>_looks has an interval by family alone, as else few tracks are independent. validation.csv has of
+    each confidence score and protocol the weighted F1 that the threshold reaches on the images it was chosen with.
     """
     tables, opened, cases = ([], [], []), [], tables_of_cases(predictions, runs)
     work = (delayed(_judged)(head, *case, definition, seed, kept_share, track, kinds) for head, case in cases.items())
