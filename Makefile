@@ -5,7 +5,7 @@
 # make models: what the thesis's figures are with other drones and missiles, for docs/results.md (two hours), published
 # make benchmark: fifteen targets, five protocols, the leaderboard of docs/benchmark.md (an hour), published
 # make kinds: whether models of kinds are recognised that never trained, docs/kinds.md (75 minutes), published
-# make kinds-growth: AUROC over models, other kinds, polarizations and resolution (an hour and a half), published
+# make kinds-growth: AUROC over models, other kinds, polarizations and resolution (an hour and a half)
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)

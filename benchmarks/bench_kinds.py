@@ -2,8 +2,9 @@
 
 The hundred models of config/families-fields.yaml at one SNR, others by kind (the experiment `novel` of
 config/kinds.yaml), folds 1 to 3, each with a draw of its own of what trains. Every view trains the library, a random
-part of them the network, which has as many steps in every case. Rows are appended to kinds-growth.csv as they are done,
-and done ones are not done again; the figure is kinds-growth.png beside it.
+part of them the network, which has about as many steps in every case. The noise of a sample is the same, so that half
+the bandwidth and aperture also focus less energy. Rows are appended to kinds-growth.csv as they are done, and done ones
+are not done again (delete it after a change); the figure is kinds-growth.png beside it.
 """
 
 import itertools
@@ -41,7 +42,7 @@ METHODS = {"likelihood_other": 1.0, "cnn": 1 / 6}  # and the share of the views 
 PASSES = 100_000  # images that a network sees
 LABELS = {"likelihood_other": "likelihood", "cnn": "network"}
 LOOKS = (1, 3)
-KEY = ["method", "draw", "over", "value"]
+KEY = ["method", "over", "value", "draw"]
 
 
 class Images:
@@ -140,11 +141,12 @@ def _by_looks(model, images, random):
 
 
 def cases():
-    """One for each method, draw and value; the case of all models, kinds, channels and bandwidth is among them once."""
+    """One for each method, value and draw; the case of all models, kinds, channels and bandwidth is among them once."""
     values = [(over, value) for over, every in OVER.items() for value in every if value != ALL[over]]
     values = [("models", ALL["models"]), *values]
     return [
-        dict(zip(KEY, (*which, *value), strict=True)) for value in values for which in itertools.product(METHODS, DRAWS)
+        {"method": method, "over": over, "value": value, "draw": draw}
+        for method, (over, value), draw in itertools.product(METHODS, values, DRAWS)
     ]
 
 
@@ -154,9 +156,8 @@ def draw_figure(table, path):
     heads = "models of each known class", "kinds of other things", "polarizations", "share of bandwidth and aperture"
     whole = table[(table["over"] == "models") & (table["value"] == str(ALL["models"]))]
     for ax, (over, values), head in zip(axes, OVER.items(), heads, strict=True):
-        rows = pd.concat(
-            [table[table["over"] == over], *([] if over == "models" else [whole.assign(value=str(ALL[over]))])]
-        )
+        parts = [table[table["over"] == over], whole.assign(value=str(ALL[over]))]
+        rows = pd.concat(parts).drop_duplicates(KEY[:1] + KEY[2:])
         places = np.arange(len(values)) if over == "channels" else np.array(values, float)
         rows = rows.assign(place=rows["value"].map(dict(zip(map(str, values), places, strict=True))))
         for method, count in itertools.product(METHODS, LOOKS):
@@ -177,17 +178,13 @@ def draw_figure(table, path):
 
 def main():
     options = options_of(__doc__, blas_threads=1)
-    config, path = (
-        load(read_yaml("config/families-fields.yaml"), read_yaml("config/kinds.yaml")),
-        options.out / "kinds-growth.csv",
-    )
+    path = options.out / "kinds-growth.csv"
+    config = load(read_yaml("config/families-fields.yaml"), read_yaml("config/kinds.yaml"))
     done = pd.read_csv(path, dtype={"value": str}) if path.exists() else pd.DataFrame(columns=KEY)
     finished = {*done[KEY].astype(str).itertuples(index=False, name=None)}
     left = [case for case in cases() if tuple(map(str, case.values())) not in finished]
-    rows = Parallel(n_jobs=options.threads, return_as="generator_unordered")(
-        delayed(row)(config, case) for case in left
-    )
-    for made in rows:
+    parallel = Parallel(n_jobs=options.threads, return_as="generator_unordered")
+    for made in parallel(delayed(row)(config, case) for case in left):
         pd.DataFrame([made]).to_csv(path, mode="a", header=not path.exists(), index=False, float_format="%.4f")
         show(made)
     draw_figure(pd.read_csv(path, dtype={"value": str}), options.out / "kinds-growth.png")
