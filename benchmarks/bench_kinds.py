@@ -15,22 +15,20 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+import xarray as xr
+from imaged import Imaged
 from joblib import Parallel, delayed
 from runner import options_of, show
 from sklearn.metrics import roc_auc_score
 
 from isarflow.core.sweep import azimuths, elevations, frequencies
-from isarflow.imaging.formation import apertures
-from isarflow.imaging.noise import signal_power, white_noise
 from isarflow.learning.classifier import OTHER, build
-from isarflow.learning.data.features import of_peak_one
-from isarflow.learning.data.moves import Moves
 from isarflow.learning.data.split import Division, apart, by_family
 from isarflow.scattering.fields.given_store import read_store
 from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
 
-DRAWS, SNR, NOISES = (1, 2, 3), 12, 2000  # which are folds, too; dB of the mean power of VV; images of noise alone
+DRAWS, SNR = (1, 2, 3), 12  # which are folds, too; dB of the mean power of VV
 ALL = {"models": 12, "kinds": 10, "channels": "VV+HH+HV", "resolution": 1.0}
 OVER = {
     "models": (1, 2, 4, 8, 12),
@@ -45,72 +43,51 @@ LOOKS = (1, 3)
 KEY = ["method", "over", "value", "draw"]
 
 
-class Images:
-    """Images of all targets by name, of some channels and at some share of the bandwidth and of the aperture."""
-
-    def __init__(self, config, channels, resolution):
-        imaging, every = dict(config["imaging"]), frequencies(config["radar"])
-        self.targets, self.samples, self.seed = config["targets"], {}, config["seed"]
-        self.aperture = imaging["aperture"]  # by which views that test are apart, whatever the resolution
-        if resolution < 1:
-            imaging["aperture"] = round(self.aperture * resolution) // 2 * 2 + 1
-        kept = round(len(every) * resolution)
-        first = (len(every) - kept) // 2
-        wanted = {"frequency": every[first : first + kept], "elevation": elevations(config["aspect"])}
-        wanted["azimuth"] = self.azimuth = azimuths(config["aspect"])
-        for target, settings in self.targets.items():
-            field, _ = read_store(settings["field"], channels, wanted, settings["symmetry"])
-            made = [apertures(of, self.azimuth, imaging["aperture"]) for of in field.transpose(2, 0, 1, 3)]
-            self.samples[target] = np.stack(made).astype(np.complex64)  # (elevations, azimuths, channels, samples)
-        ends = [float(wanted["frequency"][0]), float(wanted["frequency"][-1]), kept]
-        step = float(self.azimuth[1] - self.azimuth[0])
-        self.moves = Moves({"limits": {}, "frequencies": ends, "step": step, "imaging": imaging})
-
-    def clean(self, target, share, random):
-        """Images of a random share of a target's views."""
-        samples = self.samples[target].reshape(-1, *self.samples[target].shape[2:])
-        chosen = (
-            np.arange(len(samples)) if share == 1 else random.permutation(len(samples))[: round(share * len(samples))]
-        )
-        return of_peak_one(self.moves.images(samples[np.sort(chosen)]))
-
-    def noisy(self, target, division, random):
-        """Images of the views of a target that test."""
-        samples = self.samples[target][:, apart(self.azimuth, target, division)]
-        samples = samples.reshape(-1, *samples.shape[2:])
-        variance = signal_power(samples[:, 0], "mean") / 10 ** (SNR / 10)
-        noise = [white_noise(variance, samples.shape[-1], random) for _ in range(samples.shape[1])]
-        return of_peak_one(self.moves.images((samples + np.stack(noise, axis=1)).astype(np.complex64)))
-
-    def noise(self, random):
-        channels, count = next(iter(self.samples.values())).shape[2:]
-        noise = white_noise(np.ones(NOISES * channels), count, random).reshape(NOISES, channels, count)
-        return self.moves.images(noise.astype(np.complex64))
+def images_of(config, channels, resolution):
+    """The `Imaged` of all targets, of some channels and at some share of the bandwidth and of the aperture."""
+    imaging, every = config["imaging"] | {"polarizations": channels}, frequencies(config["radar"])
+    if resolution < 1:
+        imaging["aperture"] = round(imaging["aperture"] * resolution) // 2 * 2 + 1
+    kept = round(len(every) * resolution)
+    first = (len(every) - kept) // 2
+    axes = {"frequency": every[first : first + kept], "elevation": elevations(config["aspect"])}
+    axes["azimuth"] = azimuths(config["aspect"])
+    coords, fields = {"polarization": channels, **axes}, {}
+    for target, settings in config["targets"].items():
+        field, _ = read_store(settings["field"], channels, axes, settings["symmetry"])
+        fields[target] = xr.DataArray(field, coords, [*coords])
+    return Imaged(fields, imaging)
 
 
 def row(config, case):
     """What a method recognises in a case: AUROC of one or more looks at random views, and the closed set's accuracy."""
     method, draw, given = case["method"], case["draw"], ALL | {case["over"]: case["value"]}
     random = np.random.default_rng([draw, *method.encode(), *str(given).encode()])
-    images = Images(config, given["channels"].split("+"), given["resolution"])
-    targets = {name: {**of, "class": of.get("class", name)} for name, of in images.targets.items()}
-    division = Division("family", draw, {"others": "novel"}, images.seed, images.aperture)
+    images = images_of(config, given["channels"].split("+"), given["resolution"])
+    targets = {name: {**of, "class": of.get("class", name)} for name, of in config["targets"].items()}
+    # By the aperture of the config views that test are apart, whatever the resolution.
+    division = Division("family", draw, {"others": "novel"}, config["seed"], config["imaging"]["aperture"])
     sides = by_family(targets, division)
     truth = {name: of["class"] if of["role"] == "known" else OTHER for name, of in targets.items()}
     trained = _chosen(targets, truth, sides, given, np.random.default_rng([draw, *b"chosen"]))
-    parts = [images.clean(name, METHODS[method], random) for name in trained]
+    every, count = range(len(images.elevation)), round(METHODS[method] * len(images.azimuth))
+    views = {name: [np.sort(random.permutation(len(images.azimuth))[:count]) for _ in every] for name in trained}
+    parts = [images.of(name, every, views[name]) for name in trained]
     labels = np.repeat([truth[name] for name in trained], [len(part) for part in parts])
     settings = dict(config["learning"]["models"][method])
     of_kind = settings.pop("kind", method)
     if "epochs" in settings:
         settings["epochs"] = round(PASSES / len(labels))
-    model = build(of_kind, settings, images.seed)
-    model.noise = images.noise(random)
+    model = build(of_kind, settings, config["seed"])
+    model.noise = images.of_noise(random)
     model.fit(np.concatenate(parts), labels)
 
     random = np.random.default_rng([draw, *b"test"])  # the same noise and looks in every case
     tested = [name for name, side in sides.items() if side == "test"]
-    found = [_by_looks(model, images.noisy(name, division, random), random) for name in tested]
+    found = []
+    for name in tested:
+        views = [apart(images.azimuth, name, division)] * len(images.elevation)
+        found.append(_by_looks(model, images.of(name, every, views, SNR, random), random))
     classes, result = model.classes_[model.classes_ != OTHER], case | {"images": len(labels)}
     for count in LOOKS:
         margins = [of[count][1] for of in found]

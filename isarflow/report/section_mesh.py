@@ -10,7 +10,7 @@ from isarflow.mesh import topology
 from isarflow.mesh.table import table_of_bands
 from isarflow.report.layout import BLACK, PALETTE, Section, canvas, figure, table
 from isarflow.report.plots import OBLIQUE, SIDE, TOP, draw_mesh
-from isarflow.report.selection import evenly
+from isarflow.report.selection import evenly, in_full
 
 PLACE, NEEDS = ("fields", 1), "targets"  # on the page, see page.py
 QUALITY = matplotlib.cm.ScalarMappable(Normalize(0, 60), "RdYlBu")  # of the smallest angle in degrees: red is bad
@@ -23,8 +23,7 @@ def section(results):
     figures = [draw(results, name) for draw in (picture, comparison) for name in results.drawn_meshes]
     tables, text = (), []
     if results.meshed:
-        own = [name for name in results.meshed if "family" not in results.settings["targets"][name]]
-        tables = (folded(quality_table(results), results.drawn_meshes + own),)
+        tables = (folded(quality_table(results), in_full(results.settings["targets"])),)
         text.append("Each target has one mesh per frequency band, with edges sized to its shortest wavelength.")
         shown = [name for name, mesh in results.meshes.items() if name in results.drawn or mesh["repairs"]]
         repairs = [f"{name} ({counted(results.meshes[name]['repairs']) or 'none'})" for name in shown]
@@ -117,9 +116,9 @@ def quality_table(results):
     return table("meshes", data, shown, caption)
 
 
-def folded(every, drawn):
-    """A table of quality with the targets that are `drawn`, of a family one, and each other row that misses a goal."""
-    shown = every.shown[every.shown["target"].isin(drawn) | _misses(every.shown)]
+def folded(every, whole):
+    """A table of quality with all rows of some targets, and of the others each row that misses a goal."""
+    shown = every.shown[every.shown["target"].isin(whole) | _misses(every.shown)]
     if len(shown) == len(every.shown):
         return every
     left = f"; {several(len(every.shown) - len(shown), 'row')} of models of the same kinds, all within, are in the CSV."

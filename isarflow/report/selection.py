@@ -30,6 +30,12 @@ def drawn(targets):
     return list(first.values())
 
 
+def in_full(targets):
+    """Return the targets that a table has row by row: all but the further models of a family."""
+    first = drawn(targets)
+    return [name for name in targets if "family" not in targets[name] or name in first]
+
+
 def nearest(values, aim):
     """Return of these values that nearest to another, the lower of two."""
     return min(values, key=lambda value: (abs(value - aim), value))

@@ -6,7 +6,6 @@ Writes its scores and leaderboard into the folder kinds/ beside this file, score
 docs/kinds.md between their marks, and its figure of who is taken for whom.
 """
 
-import lzma
 import sys
 from pathlib import Path
 
@@ -18,8 +17,7 @@ import numpy as np
 import pandas as pd
 import picture
 from PIL import Image
-from publish import TABLES
-from recognition import ROOT, head, put, whole
+from recognition import ROOT, head, keep, put, whole
 
 from isarflow.learning.classifier import OTHER
 from isarflow.mesh.families import solid
@@ -36,9 +34,7 @@ COLORS = {"drone": "#4477aa", "missile": "#228833", OTHER: "#cccccc"}
 
 def main():
     learning, folder = Path(sys.argv[1], "learning"), Path(__file__).parent / "kinds"
-    folder.mkdir(exist_ok=True)
-    for name in TABLES:
-        (folder / f"{name}.csv.xz").write_bytes(lzma.compress((learning / f"{name}.csv").read_bytes(), preset=9))
+    keep(learning, folder)
     (folder / "leaderboard.csv").write_bytes((learning / "leaderboard.csv").read_bytes())
     table, page = whole(folder / "scores.csv.xz"), ROOT / "docs/kinds.md"
     for snr in sorted(set(table["test_snr_db"])):

@@ -52,9 +52,7 @@ def main():
     parser.add_argument("run", type=Path, help="the run's folder, results/recognition")
     run = parser.parse_args().run
     learning, folder = run / "learning", Path(__file__).parent / "recognition"
-    folder.mkdir(exist_ok=True)
-    for name in TABLES:
-        (folder / f"{name}.csv.xz").write_bytes(lzma.compress((learning / f"{name}.csv").read_bytes(), preset=9))
+    keep(learning, folder)
     table = whole(learning / "scores.csv")
     draw(table, ROOT / "docs/img/recognition.svg")
     mistakes(run, ROOT / "docs/img/mistakes.png")
@@ -64,6 +62,13 @@ def main():
     put(page, "looks", looks(table))
     put(page, "paired", differences(learning / "predictions"))
     put(page, "confusion", confusion(pd.read_csv(learning / "confusion.csv", keep_default_na=False)))
+
+
+def keep(learning, folder):
+    """Copy a run's tables of scores into a folder, each compressed."""
+    folder.mkdir(exist_ok=True)
+    for name in TABLES:
+        (folder / f"{name}.csv.xz").write_bytes(lzma.compress((learning / f"{name}.csv").read_bytes(), preset=9))
 
 
 def whole(path):

@@ -10,7 +10,8 @@ from test_docs import blocks
 from test_learning import with_fields
 
 from isarflow.learning.evaluation import thresholds
-from isarflow.learning.evaluation.leaderboard import BOARD, BY_FAMILY, KEY, images
+from isarflow.learning.evaluation.judge import MIXES
+from isarflow.learning.evaluation.leaderboard import BOARD, KEY, images
 from isarflow.setup.config import ROOT
 from isarflow.setup.yaml_file import read_yaml
 
@@ -68,8 +69,8 @@ def test_every_method_has_a_row_and_the_best_is_first(board):
     assert set(board[["model", "score"]].itertuples(index=False, name=None)) == set(methods) and len(board) == 4
     assert board["f1_weighted_blind"].is_monotonic_decreasing
     assert (board["n"] == 3 * 2 * 40).all()  # lance, ball and kite, at two elevations
-    assert not {*BY_FAMILY} & {*board}  # no experiment is by family
-    for name in (column for column in BOARD if column not in BY_FAMILY):
+    assert not {*MIXES} & {*board}  # no experiment is by family
+    for name in (column for column in BOARD if column not in MIXES):
         assert board[name].between(0, 1).all()
         assert ((board[f"{name}_low"] <= board[name]) & (board[name] <= board[f"{name}_high"])).all()
 

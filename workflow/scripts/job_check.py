@@ -1,17 +1,13 @@
 from pathlib import Path
 
 from isarflow.core.job import job
-from isarflow.report.selection import drawn
+from isarflow.report.selection import in_full
 from isarflow.setup.checkup import REFUSED, brief, checkup, swept
 
 with job(snakemake):
     lines, refused = [swept(snakemake.params.settings)], []
     print(lines[0])
-    targets = snakemake.params.settings["targets"]
-    whole = {
-        *drawn(targets),
-        *(name for name in targets if "family" not in targets[name]),
-    }  # of a family the first model
+    whole = in_full(snakemake.params.settings["targets"])
     for target in snakemake.params.targets:
         found = checkup(snakemake.params.settings, target)
         found = [f"{target}:", *found] if target in whole else brief(target, found)

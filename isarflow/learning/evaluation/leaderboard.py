@@ -50,7 +50,6 @@ BOARD = {
     "f1_mix": ("mix", "f1_mix"),
     "f1_balanced": ("blind", "f1_balanced"),
 }
-BY_FAMILY = "f1_mix", "f1_balanced"  # columns that only experiments by family have
 RANK = "f1_weighted_blind"
 LEADERBOARD = "learning/leaderboard.csv"
 
@@ -245,7 +244,7 @@ def leaderboard(scores: pd.DataFrame) -> pd.DataFrame:
     board = _of_metric(scores[scores["score"] == ""], "accuracy").drop(columns=["score", "n"])
     opened = {name: _of_metric(scores[scores["score"] != ""], name) for name in list(BOARD)[1:]}
     for name, rows in opened.items():
-        if name not in BY_FAMILY or len(rows):
+        if name not in judge.MIXES or len(rows):  # which only experiments by family have
             board = board.merge(rows, how="left")
     board = board.sort_values(["experiment", "test_snr_db", RANK], ascending=[True, False, False], ignore_index=True)
     return board[[*METHOD, "score", "n", *(end for name in BOARD if name in board for end in _ends(name))]]
