@@ -59,6 +59,24 @@ def checked_impedance(impedance, count, formulation):
     return np.broadcast_to(array.astype(complex), (count,))
 
 
+def checked_permittivity(permittivity, count):
+    """Return the relative permittivity of a body at each of `count` frequencies, (count,) complex.
+
+    Raises InputError for one that is none, or that gives power.
+    """
+    array = _array("permittivity", permittivity)
+    if array.dtype.kind not in "iufc" or array.shape not in ((), (count,)) or not np.isfinite(array).all():
+        raise InputError(
+            f"'permittivity' is a finite number, or one for each of {count} frequencies, not {permittivity!r}."
+        )
+    if array.imag.max() > 0 or array.real.min() <= 0:
+        raise InputError(
+            f"'permittivity' has a real part above 0 and, for exp(+j omega t), an imaginary part of 0 or less where the "
+            f"body takes power; not {permittivity!r}."
+        )
+    return np.broadcast_to(array.astype(complex), (count,))
+
+
 def checked_sweep(sweep):
     """Return a Sweep with arrays of float64. Raises InputError, with the name, for an argument that cannot be right."""
     frequency = _numbers("frequencies", sweep.frequency)

@@ -16,6 +16,7 @@ from isarflow.mesh import topology
 from isarflow.scattering import checks, needs
 from isarflow.scattering.costs import COLUMNS, planned
 from isarflow.scattering.directions import middle_of, rings, sample, skeletons
+from isarflow.scattering.mom import dielectric
 from isarflow.scattering.mom.assembly import Entries, assemble
 from isarflow.scattering.mom.basis import AXES, fundamental_domain, rwg
 from isarflow.scattering.mom.cross import fill
@@ -57,6 +58,7 @@ def solve(
     paired: bool = False,
     receivers: tuple = (),
     impedance: complex | Sequence[complex] | np.ndarray = 0.0,
+    permittivity: complex | Sequence[complex] | np.ndarray | None = None,
 ) -> Solution:
     """Solve a perfectly conducting mesh, or a thin sheet, for its scattering amplitude f.
 
@@ -101,17 +103,22 @@ def solve(
     check_word("formulation", formulation, OPERATORS)
     check_word("precision", precision, DTYPES)
     checks.check_tolerance(tolerance, formulation, precision)
-    operator, dtype = OPERATORS[formulation], DTYPES[precision]
+    solid = permittivity is not None
+    operator, dtype = dielectric if solid else OPERATORS[formulation], DTYPES[precision]
     # The check makes arrays of lists.
     sweep = Sweep(frequencies, elevation, azimuth, polarizations, paired, receivers)  # type: ignore[arg-type]
     sweep = checks.checked_sweep(sweep)
-    impedances = checks.checked_impedance(impedance, len(sweep.frequency), formulation)
+    materials = checks.checked_impedance(impedance, len(sweep.frequency), formulation)
+    kinds = Entries, Excitation
+    if solid:
+        materials = checks.checked_permittivity(permittivity, len(sweep.frequency))
+        kinds = dielectric.Entries, dielectric.Excitation
     check_words("symmetry", symmetry, AXES)
     vertices, triangles = checks.checked_mesh(vertices, triangles)
-    if operator.ALPHA != 1:  # the magnetic equation holds for closed surfaces
+    if solid or operator.ALPHA != 1:  # the magnetic equation holds for closed surfaces
         topology.check_closed(vertices, triangles)
     surface = fundamental_domain(vertices, triangles, symmetry)
-    bases = [rwg(surface, parity) for parity in surface.parities]
+    bases = dielectric.bases(surface) if solid else [rwg(surface, parity) for parity in surface.parities]
     unknowns = sum(map(len, bases))
     if unknowns == 0:
         touching = "Triangles that touch share vertices."
@@ -125,7 +132,7 @@ def solve(
     middle = middle_of(surface)
     surface = replace(surface, vertices=surface.vertices - middle)
     with blas_of_one_thread:  # also between pools: the bits are the same whatever else the process does
-        near, excitation = operator.near_terms(surface), Excitation(surface, bases, dtype)
+        near, excitation = operator.near_terms(surface), kinds[1](surface, bases, dtype)
         directions = (_Bistatic if sweep.receivers else _Monostatic)(surface, middle, sweep, operator)
 
         count = len(sweep.frequency)
@@ -135,7 +142,7 @@ def solve(
             k = 2 * np.pi * frequency / C0
             times = [time.perf_counter()]
             system = _System(
-                partial(Entries, operator, surface, bases, k, near, threads=threads, impedance=impedances[n]),
+                partial(kinds[0], operator, surface, bases, k, near, threads=threads, material=materials[n]),
                 dtype,
                 tolerance,
                 threads,

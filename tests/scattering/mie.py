@@ -10,7 +10,7 @@ from scipy.special import spherical_jn, spherical_yn
 
 from isarflow.scattering.sphere import backscatter, coefficients, icosphere, orders, to_source
 
-__all__ = ["backscatter", "bistatic", "icosphere", "layer", "sheet", "to_source"]
+__all__ = ["backscatter", "bistatic", "icosphere", "layer", "sheet", "solid", "to_source"]
 
 
 def sheet(x, impedance):
@@ -47,6 +47,20 @@ def layer(x, permittivity, thickness):
         return (f * d_incident - d_f * incident) / (f * d_outgoing - d_f * outgoing)
 
     return n, outer(permittivity), outer(1.0)
+
+
+def solid(x, permittivity):
+    """`coefficients` of a homogeneous sphere of size x; permittivity: relative, complex.
+
+    psi(m x) inside, with m the refractive index: f and f' / eps_r of an electric wave are continuous, as in `layer`.
+    """
+    n, index = orders(x), np.sqrt(complex(permittivity))
+    psi, d_psi, chi, d_chi = _riccati(n, x)
+    zeta, d_zeta = psi - 1j * chi, d_psi - 1j * d_chi
+    j = spherical_jn(n, index * x)
+    inside, d_inside = index * x * j, j + index * x * spherical_jn(n, index * x, True)
+    a = (index * inside * d_psi - psi * d_inside) / (index * inside * d_zeta - zeta * d_inside)
+    return n, a, (inside * d_psi - index * psi * d_inside) / (inside * d_zeta - index * zeta * d_inside)
 
 
 def _riccati(n, x):

@@ -40,7 +40,7 @@ class Block:
 
 def blocks_of(bases, patches):
     """A Block for each of a Surface's `patches`; one whose functions touch too many triangles is cut in two."""
-    first = [basis.halves.min(1) // 3 for basis in bases]
+    first = [basis.halves.min(1) // basis.per_triangle for basis in bases]
     blocks, runs = [], list(pairwise(patches))[::-1]
     while runs:
         begin, end = runs.pop()
@@ -57,10 +57,9 @@ def blocks_of(bases, patches):
 def block_of(bases, numbers):
     """The Block of chosen functions, `numbers` or a slice of each parity, on no more than TILE_TRIANGLES triangles."""
     chosen = [basis.halves[chosen_numbers] for basis, chosen_numbers in zip(bases, numbers, strict=True)]
-    used = np.unique(np.concatenate([halves.reshape(-1) // 3 for halves in chosen]))
-    halves = [
-        chosen_halves % 3 * TILE_TRIANGLES + np.searchsorted(used, chosen_halves // 3) for chosen_halves in chosen
-    ]
+    split = [np.divmod(halves, basis.per_triangle) for halves, basis in zip(chosen, bases, strict=True)]
+    used = np.unique(np.concatenate([triangles.reshape(-1) for triangles, _ in split]))
+    halves = [half * TILE_TRIANGLES + np.searchsorted(used, triangles) for triangles, half in split]
     signs = [basis.signs[chosen_numbers] for basis, chosen_numbers in zip(bases, numbers, strict=True)]
     return Block(used, [slice(0, len(chosen_halves)) for chosen_halves in chosen], halves, signs)
 
@@ -70,45 +69,57 @@ class Entries:
 
     operator: a module of `operators`; surface: Surface; bases: a Basis for each of surface.parities; wavenumber: rad/m;
     near: the operator's `near_terms` of the surface; dtype: complex64 or complex128; threads: for `corrections`;
-    impedance: of a sheet, ohm a square (see `sheet`)
+    material: the impedance of a sheet, ohm a square (see `sheet`)
     """
 
-    def __init__(self, operator, surface, bases, wavenumber, near, dtype, threads=1, impedance=0.0):
+    def __init__(self, operator, surface, bases, wavenumber, near, dtype, threads=1, material=0.0):
         self.operator, self.surface, self.bases, self.near, self.dtype = operator, surface, bases, near, dtype
+        self.material = material
         self.real = np.float32 if dtype == np.complex64 else np.float64
         self.wavenumber, alpha = wavenumber, operator.ALPHA
         scales = wavenumber / (2 * np.pi), 4 / wavenumber**2, TINY_METRES**2, 1 / 2, 1, wavenumber, alpha
         self.constants = np.array([*scales, (1 - alpha) / wavenumber, 1 / 6], self.real)
         self.characters = surface.parities.astype(self.real)
-        self.blocks = [Placed(block, surface, self.real) for block in blocks_of(bases, surface.patches)]
+        self.blocks = [self._placed(block) for block in blocks_of(bases, surface.patches)]
         # Now, before there are threads that would each compute them.
-        self.corrections = self._corrections(threads, impedance)
+        self.corrections = self._corrections(threads)
 
-    def _corrections(self, threads, impedance):
+    def _corrections(self, threads):
         """Corrections of the three points a triangle between near pairs, in the form of `tiles.tile`."""
         count, image_pairs = len(self.surface.vertices), self.near.pairs
-        values = self.operator.corrections(self.near, self.surface, self.wavenumber, self.real, threads)
-        add_sheet(values, image_pairs, self.surface, self.wavenumber, impedance)
-        values = np.concatenate(values).reshape(-1, 9)
+        values = [np.concatenate(kind).reshape(-1, 9) for kind in self._near(threads)]
         fields = np.concatenate([g * count + pairs[:, 0] for g, pairs in enumerate(image_pairs)])
         begins = np.searchsorted(fields, count * np.arange(len(image_pairs))[:, None] + np.arange(count + 1))
         sources = np.concatenate([pairs[:, 1] for pairs in image_pairs])
-        values = np.concatenate([values.real, values.imag], 1, dtype=self.real)
+        values = np.concatenate([part for kind in values for part in (kind.real, kind.imag)], 1, dtype=self.real)
         return begins, sources, values
+
+    def _near(self, threads):
+        """Corrections between half functions, lists over reflections of (P, 3, 3), in a list."""
+        values = self.operator.corrections(self.near, self.surface, self.wavenumber, self.real, threads)
+        add_sheet(values, self.near.pairs, self.surface, self.wavenumber, self.material)
+        return [values]
+
+    def _placed(self, block):
+        return Placed(block, self.surface, self.real, self.bases[0].per_triangle)
+
+    def _fill(self, out, row, col):
+        """Add the tile between two placed Blocks to `out`, flat."""
+        combined = self.operator.ALPHA != 1
+        tile(out, row.rows, col.cols, self.corrections, self.characters, self.constants, combined)
 
     def between(self, row, col):
         """The tile between two placed Blocks for each parity, (rows, cols)."""
         shapes = [(a.stop - a.start, b.stop - b.start) for a, b in zip(row.spans, col.spans, strict=True)]
         ends = np.cumsum([0, *(rows * cols for rows, cols in shapes)]).tolist()
         out = np.zeros(2 * ends[-1], self.real)
-        combined = self.operator.ALPHA != 1
-        tile(out, row.rows, col.cols, self.corrections, self.characters, self.constants, combined)
+        self._fill(out, row, col)
         entries = finite(out, "the matrix", self.wavenumber).view(self.dtype)
         return [entries[slice(*pair)].reshape(shape) for pair, shape in zip(pairwise(ends), shapes, strict=True)]
 
     def rows(self, numbers):
         """Whole rows of every parity's matrix, (len(numbers), N), of functions on at most TILE_TRIANGLES triangles."""
-        row = Placed(block_of(self.bases, numbers), self.surface, self.real)
+        row = self._placed(block_of(self.bases, numbers))
         wholes = zip(*(self.between(row, col) for col in self.blocks), strict=True)
         return [np.concatenate(whole, axis=1) for whole in wholes]
 
@@ -138,7 +149,7 @@ def assemble(entries, matrices, threads=1, progress=lambda done: None):
 class Placed:
     """A Block's triangles, spans and arrays for `tiles.tile`: as rows at the identity, as columns at all images."""
 
-    def __init__(self, block, surface, real):
+    def __init__(self, block, surface, real, per_triangle=3):
         self.spans, self.triangles = block.spans, block.triangles
         corners, lengths = surface.vertices[block.triangles], surface.lengths[block.triangles]
         center = corners.mean(1)
@@ -147,9 +158,10 @@ class Placed:
         corner_products = (nu**2).sum(2)[:, :, None] / 4 - np.einsum("tax,tix->tai", nu, nu) / 2
         halves, signs = np.concatenate(block.halves), np.concatenate(block.signs)
         triangle, corner = halves % TILE_TRIANGLES, halves // TILE_TRIANGLES
-        weights = signs * lengths[triangle, corner] / 6  # half functions lack their l / 6
+        weights = signs * lengths[triangle, corner % 3] / 6  # half functions lack their l / 6
         ends = np.cumsum([0, *map(len, block.halves)])
-        starts, functions, of_rows = by_half(3 * triangle + corner, weights, np.diff(ends), 3 * len(corners))
+        numbers, count = per_triangle * triangle + corner, per_triangle * len(corners)
+        starts, functions, of_rows = by_half(numbers, weights, np.diff(ends), count)
         geometry = points, nu, center, surface.normals[block.triangles], corner_products
         geometry = (np.ascontiguousarray(x, real) for x in geometry)
         self.rows = block.triangles, *geometry, starts, functions, of_rows.astype(real), ends

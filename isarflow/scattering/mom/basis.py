@@ -70,6 +70,7 @@ class Basis:
 
     halves: np.ndarray  # (N, 2) int64: numbers 3 t + i of the half functions
     signs: np.ndarray  # (N, 2): +1, -1, or 0 for no second half
+    per_triangle: int = 3  # half functions; 6 where there are magnetic currents, too (see `dielectric`)
 
     def __len__(self):
         return len(self.halves)

@@ -24,11 +24,12 @@ CHUNK_DIRECTIONS = TILE_TRIANGLES // 2  # directions of a task, at most
 class Excitation:
     """int F . E dS of E = p exp(+j k u . r), for functions and directions, in m^2; F is the sum over mirror images."""
 
-    def __init__(self, surface, bases, dtype):
+    def __init__(self, surface, bases, dtype, characters=None):
         self.dtype, self.real = np.dtype(dtype), np.dtype(dtype).type(0).real.dtype
         flips = surface.reflections[:, None]
         self.triangles, self.normals = surface.vertices * flips[:, None], surface.normals * flips
-        self.characters, self.ends = surface.parities.astype(self.real), np.cumsum([0, *map(len, bases)]).tolist()
+        characters = surface.parities if characters is None else characters
+        self.characters, self.ends = characters.astype(self.real), np.cumsum([0, *map(len, bases)]).tolist()
         lengths, halves = surface.lengths.reshape(-1), np.concatenate([basis.halves for basis in bases])
         weights = np.concatenate([basis.signs for basis in bases]) * lengths[halves] / 2
         starts, functions, weights = by_half(halves, weights, np.diff(self.ends), len(lengths))

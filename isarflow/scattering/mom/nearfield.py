@@ -30,11 +30,11 @@ def near_pairs(field, source):
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
-def by_chunks(moments, pairs, field, source, dtype, threads=1):
-    """Evaluate `moments(field triangles, source triangles)` for all pairs, CHUNK_PAIRS at a time: (P, 8).
+def by_chunks(moments, pairs, field, source, dtype, threads=1, count=8):
+    """Evaluate `moments(field triangles, source triangles)` for all pairs, CHUNK_PAIRS at a time: (P, count).
 
-    It gets triangles (3, 3, CHUNK_PAIRS), pairs last, which vectorizes. It returns (8, CHUNK_PAIRS), or both parts as a
-    tuple.
+    It gets triangles (3, 3, CHUNK_PAIRS), pairs last, which vectorizes. It returns (count, CHUNK_PAIRS), or both parts as
+    a tuple.
     """
 
     def values(begin):
@@ -51,14 +51,14 @@ def by_chunks(moments, pairs, field, source, dtype, threads=1):
 
     with Pool(threads) as pool:
         parts = pool.map(values, range(0, len(pairs), CHUNK_PAIRS))
-        return np.concatenate([np.zeros((8, 0)), *parts], 1).T
+        return np.concatenate([np.zeros((count, 0)), *parts], 1).T
 
 
-def of_images(moments, surface, pairs):
-    """Moments in double precision of near `pairs` of a Surface, for each reflection of the sources: (P, 8)."""
+def of_images(moments, surface, pairs, count=8):
+    """Moments in double precision of near `pairs` of a Surface, for each reflection of the sources: (P, count)."""
     images = zip(pairs, surface.reflections, strict=True)
     corners = surface.vertices
-    return [by_chunks(moments, chosen, corners, corners * signs, np.float64) for chosen, signs in images]
+    return [by_chunks(moments, chosen, corners, corners * signs, np.float64, count=count) for chosen, signs in images]
 
 
 def smooth_minus_coarse(over_source, smooth, whole, k, field, source):

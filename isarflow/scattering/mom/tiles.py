@@ -301,6 +301,191 @@ def _scatter(out, real, imag, weight, width):
         out[2 * n + 1] += weight * imag[n]
 
 
+# Of a dielectric body, beyond the sums of `_electric`: in `SUMS`, and what `_dielectric_halves` adds up in both media.
+GRADIENT = SUMS + 16 * ROW  # over the mean of grad G on the source, three vectors' both parts; and of it times rho_a
+CURRENTS = END  # entries between electric, between magnetic and between both currents, each as HALVES
+DIELECTRIC_END = CURRENTS + 54 * ROW
+
+
+def _decay(x):
+    """exp(-x) for x >= 0, to the rounding of x."""
+
+
+@overload(_decay, inline="always", jit_options={"fastmath": True})
+def _decay_of_type(x):
+    single = x == types.float32
+    real, whole, bias, digits = (np.float32, np.int32, 127, 23) if single else (np.float64, np.int64, 1023, 52)
+    # Filled up with zeros, which the compiler drops.
+    c = tuple(real(1 / factorial(n) if n < (8 if single else 14) else 0) for n in range(14))
+    octave, most = real(np.log(2)), real(bias - 1)
+
+    def decay(x):
+        y = min(x / octave, most)
+        halvings = np.floor(y + real(0.5))
+        t = (halvings - y) * octave
+        e = c[7] + t * (c[8] + t * (c[9] + t * (c[10] + t * (c[11] + t * (c[12] + t * c[13])))))
+        e = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * (c[5] + t * (c[6] + t * e))))))
+        # A power of two is its exponent alone.
+        return e * whole((whole(bias) - whole(halvings)) << whole(digits)).view(real)
+
+    return decay
+
+
+@inner
+def _lossy(x, y, z, medium, tiny, one):
+    """G = exp(-j k R) / R between points (x, y, z) apart and g of grad G = g (x, y, z), both parts; k is complex.
+
+    g = -(1 + j k R) G / R^2; medium: see `tile_of_body`.
+    """
+    turns, k, loss = medium[0], medium[1], medium[2]
+    r, i, distance = _green(x, y, z, turns, tiny, one)
+    decay, a, b = _decay(loss * distance), one + loss * distance, k * distance
+    r, i, square = r * decay, i * decay, one / (distance * distance)
+    return r, i, (b * i - a * r) * square, -(a * i + b * r) * square
+
+
+@kernel
+def _dielectric(w, count, point, nu, medium, constants):
+    """Add one field point's part to the sums of `_electric`, in a medium, and to those of GRADIENT."""
+    tiny, half, one = constants[0], constants[1], constants[2]
+    nu, (x, y, z), medium = _vector(nu), _vector(point), _vector(medium)
+    for s in range(count):
+        x0, y0, z0 = x - w[s], y - w[ROW + s], z - w[2 * ROW + s]
+        x1, y1, z1 = x - w[3 * ROW + s], y - w[4 * ROW + s], z - w[5 * ROW + s]
+        x2, y2, z2 = x - w[6 * ROW + s], y - w[7 * ROW + s], z - w[8 * ROW + s]
+        r0, i0, a0, b0 = _lossy(x0, y0, z0, medium, tiny, one)
+        r1, i1, a1, b1 = _lossy(x1, y1, z1, medium, tiny, one)
+        r2, i2, a2, b2 = _lossy(x2, y2, z2, medium, tiny, one)
+        d0, d1, d2 = _dots(w, NU, s, nu[0], nu[1], nu[2])
+        _add_electric(w, s, 0, r0, r1, r2, d0, d1, d2)
+        _add_electric(w, s, ROW, i0, i1, i2, d0, d1, d2)
+        p, q, r = half * nu[0], half * nu[1], half * nu[2]
+        u, v = a0 * x0 + a1 * x1 + a2 * x2, a0 * y0 + a1 * y1 + a2 * y2
+        _add_gradient(w, s, 0, u, v, a0 * z0 + a1 * z1 + a2 * z2, p, q, r)
+        u, v = b0 * x0 + b1 * x1 + b2 * x2, b0 * y0 + b1 * y1 + b2 * y2
+        _add_gradient(w, s, ROW, u, v, b0 * z0 + b1 * z1 + b2 * z2, p, q, r)
+
+
+@inner
+def _add_electric(w, s, part, g0, g1, g2, d0, d1, d2):
+    w[BY_COL + part + s] += g0
+    w[BY_COL + 2 * ROW + part + s] += g1
+    w[BY_COL + 4 * ROW + part + s] += g2
+    total = g0 + g1 + g2
+    w[BY_NU + part + s] += total * d0
+    w[BY_NU + 2 * ROW + part + s] += total * d1
+    w[BY_NU + 4 * ROW + part + s] += total * d2
+    w[WEIGHTED + part + s] += g0 * d0 + g1 * d1 + g2 * d2
+    w[TOTAL + part + s] += total
+
+
+@inner
+def _add_gradient(w, s, part, x, y, z, p, q, r):
+    w[GRADIENT + part + s] += x
+    w[GRADIENT + 2 * ROW + part + s] += y
+    w[GRADIENT + 4 * ROW + part + s] += z
+    w[GRADIENT + 6 * ROW + part + s] += y * r - z * q
+    w[GRADIENT + 8 * ROW + part + s] += z * p - x * r
+    w[GRADIENT + 10 * ROW + part + s] += x * q - y * p
+
+
+@kernel
+def _dielectric_halves(w, count, i, nu, center, medium, constants):
+    """Add a medium's entries between half function i and all of the sources, from sums and `_electric_halves`.
+
+    The terms of `mom.dielectric`, without their l / 6. With c the field triangle's centroid, H the sum of grad G and T
+    that of grad G x rho_a, f . grad G x f' is -(T + nu_i x H) . (c - v'_j) - T . nu_i.
+    """
+    charge_r, charge_i, eps_r, eps_i = medium[3], medium[4], medium[5], medium[6]
+    outer_charge, weight = constants[3], constants[4]
+    nu, center = _vector(nu), _vector(center)
+    row = CURRENTS + 3 * i * ROW
+    for j in range(3):
+        corner = CORNERS + 3 * j * ROW
+        for s in range(count):
+            r, i_, p, q = w[TOTAL + s], w[TOTAL + ROW + s], w[HALVES + j * ROW + s], w[HALVES + (9 + j) * ROW + s]
+            out = row + j * ROW + s
+            w[out] += p - (charge_r * r - charge_i * i_)
+            w[out + 9 * ROW] += q - (charge_r * i_ + charge_i * r)
+            w[out + 18 * ROW] -= eps_r * p - eps_i * q - outer_charge * r
+            w[out + 27 * ROW] -= eps_r * q + eps_i * p - outer_charge * i_
+            x, y, z = center[0] - w[corner + s], center[1] - w[corner + ROW + s], center[2] - w[corner + 2 * ROW + s]
+            w[out + 36 * ROW] += weight * _turned(w, s, 1, nu, x, y, z)
+            w[out + 45 * ROW] -= weight * _turned(w, s, 0, nu, x, y, z)
+
+
+@inner
+def _turned(w, s, part, nu, x, y, z):
+    begin = GRADIENT + part * ROW + s
+    a, b, c = w[begin], w[begin + 2 * ROW], w[begin + 4 * ROW]
+    p, q, r = w[begin + 6 * ROW], w[begin + 8 * ROW], w[begin + 10 * ROW]
+    along = p * nu[0] + q * nu[1] + r * nu[2]
+    p, q, r = p + nu[1] * c - nu[2] * b, q + nu[2] * a - nu[0] * c, r + nu[0] * b - nu[1] * a
+    return -(p * x + q * y + r * z) - along
+
+
+@kernel
+def tile_of_body(out, rows, cols, near, characters, media, constants):
+    """Add the tile between functions of two blocks of a dielectric body, in every parity, to `out` (see `tile`).
+
+    A triangle has six half functions: of electric currents, then of magnetic ones. characters: (2, G, G) of both kinds
+    media: of each k' / (2 pi), k', k'', real and imaginary part of 4 / k^2, and of the permittivity, with k = k' - j k''
+    constants: least R^2, 1/2, 1, 4 / k^2 and 1 / k outside
+    """
+    triangles, points, nu, centers, _, _, starts, functions, weights, row_ends = rows
+    (sources, col_triangles, halves, signs, col_ends), (begins, of_pairs, corrections) = cols, near
+    half, zero = constants[1], constants[2] - constants[2]
+    images, count = len(sources), len(col_triangles)
+    w = np.empty((images, DIELECTRIC_END), out.dtype)
+    z = np.empty((images, 2, 6, 6 * ROW), out.dtype)  # kind of the field function; part, i; kind of the source, j
+    place = np.full(begins.shape[1] + 1, -1, np.int64)
+    place[col_triangles] = np.arange(count)
+    w[:, :HALVES] = sources
+    row = np.empty((2, 6, col_ends[-1]), out.dtype)
+    for t in range(len(triangles)):
+        z[:] = 0
+        for g in range(images):
+            v = w[g]
+            v[CURRENTS:] = 0
+            for m in range(len(media)):
+                v[SUMS:CURRENTS] = 0
+                for a in range(3):
+                    _dielectric(v, count, points[t, a], nu[t, a], media[m], constants)
+                for i in range(3):
+                    _electric_halves(v, count, nu[t, i], zero, half, HALVES)
+                    _dielectric_halves(v, count, i, nu[t, i], centers[t], media[m], constants)
+            for pair in range(begins[g, triangles[t]], begins[g, triangles[t] + 1]):
+                s = place[of_pairs[pair]]
+                if s >= 0:
+                    for entry in range(54):
+                        v[CURRENTS + entry * ROW + s] += corrections[pair, entry]
+            for p in range(images):
+                for kind in range(2):
+                    for other in range(2):
+                        begin = CURRENTS + (18 * kind if kind == other else 36) * ROW
+                        _add_image(z[p, kind], v, begin, other, characters[other, p, g], count)
+        end = 0
+        for p in range(images):
+            first, width = col_ends[p], col_ends[p + 1] - col_ends[p]
+            begin, end = end, end + 2 * width * (row_ends[p + 1] - row_ends[p])
+            for kind in range(2):
+                for i in range(6):
+                    _gather(row[kind, i], z[p, kind, i], halves, signs, first, width)
+                for i in range(3):
+                    number = 6 * t + 3 * kind + i
+                    for e in range(starts[p, number], starts[p, number + 1]):
+                        to = begin + 2 * width * (functions[e] - row_ends[p])
+                        _scatter(out[to : to + 2 * width], row[kind, i], row[kind, 3 + i], weights[e], width)
+
+
+@kernel
+def _add_image(z, v, begin, other, character, count):
+    for i in range(6):
+        for j in range(3):
+            for s in range(count):
+                z[i, (3 * other + j) * ROW + s] += character * v[begin + (3 * i + j) * ROW + s]
+
+
 # Where the rows of the work array of `excite` begin. Those before TESTED are u.
 TESTED = 3 * ROW  # the tested polarization
 TURN = 6 * ROW  # the phase of the centroid, in turns

@@ -53,11 +53,15 @@ def near_terms(surface):
     return Near(pairs, orders, static)
 
 
-def corrections(near, surface, wavenumber, real, threads=1):
-    """Near minus three-point integral between half functions, without their l / 6: (P, 3, 3) for each reflection."""
+def corrections(near, surface, wavenumber, real, threads=1, kernels=None):
+    """Near minus three-point integral between half functions, without their l / 6: (P, 3, 3) for each reflection.
+
+    kernels: of a complex wavenumber, the smooth part of Green's function and the whole.
+    """
     result, terms = [], zip(near.pairs, near.orders, near.static, surface.reflections, strict=True)
+    kernels, scale = (kernels, wavenumber) if kernels else ((_smooth, green), real(wavenumber))
     for pairs, (once, turned), static, signs in terms:
-        change = partial(smooth_minus_coarse, _over_source, _smooth, green, real(wavenumber))
+        change = partial(smooth_minus_coarse, _over_source, *kernels, scale)
         smooth = by_chunks(change, pairs[once], surface.vertices, surface.vertices * signs, real, threads)
         z = np.empty((len(pairs), 3, 3), np.result_type(real, np.complex64))
         z[once] = integrals = _from_moments(static + smooth, wavenumber, pairs[once], surface, signs)
