@@ -22,7 +22,7 @@ from isarflow.mesh.remesh.isotropic import P99, P99_LIMIT, Size, fitting, remesh
 from isarflow.mesh.remesh.misses import GOAL, Followed
 from isarflow.mesh.repair.arrange import first_crossing
 from isarflow.mesh.repair.surface import CLOSE, repair
-from isarflow.mesh.resolution import OF_PIECE, check_resolution, wanted_edges
+from isarflow.mesh.resolution import OF_PIECE, check_resolution, wanted_edges, wavelengths
 from isarflow.mesh.symmetry import PLANES
 
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
@@ -84,7 +84,8 @@ def load(path, target, mesh, radar, precision="double"):
 
     Raises InputError for an unusable file, an implausible size, too little symmetry, or one too small for `precision`.
     """
-    edge = sweep.C0 / sweep.frequencies(radar)[-1] / mesh["edges_per_wavelength"]  # of a target of any size
+    waves = wavelengths(mesh, radar)
+    edge = waves[-1] / mesh["edges_per_wavelength"]  # of a target of any size
     vertices, triangles, completed = read_target(path, target, mesh, radar, CHORD * edge)
     used = vertices[topology.used(triangles)]
     edges = wanted_edges(mesh, radar, np.ptp(used, axis=0))
@@ -96,7 +97,6 @@ def load(path, target, mesh, radar, precision="double"):
     planes, near = target.get("symmetry", []), halves.IN_PLANE * edge
     tolerances["warnings"] += halves.sentences(vertices, triangles, completed, planes, near)
     if mesh.get("remesh", True):
-        waves = [sweep.C0 / band[-1] for band in sweep.bands(radar, mesh["bands"])]
         tolerances["warnings"] += gaps.sentences(vertices, triangles, edges, waves)
     for axis in symmetry.axes(planes):
         limit = symmetry.allowed(radar)
@@ -142,10 +142,11 @@ def build_bands(source, path, target, mesh, radar):
     """`build` from a target's Source."""
     symmetric = list(target.get("symmetry", []))
     meshes, measures, edges = [], [], wanted_edges(mesh, radar, source.measures["box"])
-    for band, edge in zip(sweep.bands(radar, mesh["bands"]), edges, strict=True):
+    bands = sweep.bands(radar, mesh["bands"])
+    for band, edge, wave in zip(bands, edges, wavelengths(mesh, radar), strict=True):
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
         make = _followed if mesh.get("remesh", True) else _as_drawn
-        made, measured = make(source, edge, sweep.C0 / band[-1], symmetry.axes(symmetric), path)
+        made, measured = make(source, edge, wave, symmetry.axes(symmetric), path)
         meshes.append(made)
         measures.append({"frequencies": frequencies} | measured | {"missed": missed(measured)})
     return meshes, {"source": source.measures, "symmetry": symmetric, "repairs": source.repairs, "bands": measures}

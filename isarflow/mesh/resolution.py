@@ -16,8 +16,12 @@ def wanted_edges(mesh, radar, box):
     if not mesh.get("remesh", True):
         return [float(max(box)) / AS_DRAWN] * mesh["bands"]
     most = float(max(box)) / ACROSS
-    bands = sweep.bands(radar, mesh["bands"])
-    return [min(most, sweep.C0 / band[-1] / mesh["edges_per_wavelength"]) for band in bands]
+    return [min(most, wave / mesh["edges_per_wavelength"]) for wave in wavelengths(mesh, radar)]
+
+
+def wavelengths(mesh, radar):
+    """The shortest wavelength in metres of each band, lowest band first: the one inside a solid body of `index`."""
+    return [sweep.C0 / band[-1] / mesh.get("index", 1) for band in sweep.bands(radar, mesh["bands"])]
 
 
 def check_resolution(box, mesh, radar, name, precision="double"):

@@ -20,6 +20,13 @@ class Edges(NamedTuple):
     count: np.ndarray  # (E,) triangles at each edge: 1 = boundary, 2 = ordinary, 3 and more = junction
 
 
+# Equations that hold for closed surfaces alone: what needs them, and what to do where there are none.
+CLOSED = {
+    "cfie": ("'formulation: cfie'", "use efie for this target"),
+    "pmchwt": ("a solid body", "give the wall's 'thickness' in 'material' if it is a shell"),
+}
+
+
 def edges(triangles):
     """Return the Edges of triangles (T, 3)."""
     after = np.roll(triangles, -1, axis=1)
@@ -144,13 +151,13 @@ def tetrahedra(vertices, triangles):
     return (a * np.cross(b, c)).sum(axis=1) / 6
 
 
-def check_closed(vertices, triangles):
-    """Raise InputError unless every part is closed, with normals that point outwards, as `formulation: cfie` needs."""
+def check_closed(vertices, triangles, equation):
+    """Raise InputError unless every part is closed, with normals that point outwards, as one of CLOSED needs."""
     vertices, triangles = np.asarray(vertices, float), np.asarray(triangles)
     _, sides, count = edges(triangles)
     forward = triangles < np.roll(triangles, -1, axis=1)
     wrong = np.bincount(sides.ravel(), np.where(forward, 1, -1).ravel()) != 0
-    remedy = "'formulation: cfie' needs closed surfaces with outward normals; use efie for this target."
+    remedy = "{} needs closed surfaces with outward normals; {}.".format(*CLOSED[equation])
     if wrong.any():
         raise InputError(f"the mesh is open or its triangles disagree at {wrong.sum()} of {len(count)} edges. {remedy}")
     pieces, piece = edge_pieces(triangles)

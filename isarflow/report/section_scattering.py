@@ -8,7 +8,7 @@ from isarflow.imaging.range_profiles import range_profiles
 from isarflow.report.layout import Section, canvas, figure
 from isarflow.report.rcs_figures import cut_figure, draw_map
 from isarflow.scattering.fields.cuts import by_transmitter
-from isarflow.scattering.materials import described
+from isarflow.scattering.materials import described, is_solid
 from isarflow.scattering.solver import build_solver
 
 PLACE, NEEDS = ("fields", 2), "targets"  # on the page, see page.py
@@ -53,7 +53,8 @@ def _origin(name, attrs, solved):
         ends = dict.fromkeys((min(counts), max(counts)))
         words = [words[0].upper(), f"{' to '.join(f'{count:,}' for count in ends)} unknowns"]
     if "material" in attrs:
-        words.insert(1, f"a sheet of {described(attrs['material'])}")
+        what = "solid" if is_solid(attrs["material"]) else "a sheet of"
+        words.insert(1, f"{what} {described(attrs['material'])}")
     if residuals:
         words.append(f"largest relative residual {number(max(residuals), 2)}")
     return f"{name}: {', '.join(words)}."

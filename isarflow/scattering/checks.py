@@ -59,11 +59,15 @@ def checked_impedance(impedance, count, formulation):
     return np.broadcast_to(array.astype(complex), (count,))
 
 
-def checked_permittivity(permittivity, count):
+def checked_permittivity(permittivity, count, impedance, formulation):
     """Return the relative permittivity of a body at each of `count` frequencies, (count,) complex.
 
-    Raises InputError for one that is none, or that gives power.
+    Raises InputError for one that is none, that gives power, or that is not alone.
     """
+    if np.any(impedance) or formulation != "efie":
+        raise InputError(
+            "'permittivity' is that of a solid body, which has no 'impedance' and is solved by its own equation alone."
+        )
     array = _array("permittivity", permittivity)
     if array.dtype.kind not in "iufc" or array.shape not in ((), (count,)) or not np.isfinite(array).all():
         raise InputError(
@@ -71,8 +75,8 @@ def checked_permittivity(permittivity, count):
         )
     if array.imag.max() > 0 or array.real.min() <= 0:
         raise InputError(
-            f"'permittivity' has a real part above 0 and, for exp(+j omega t), an imaginary part of 0 or less where the "
-            f"body takes power; not {permittivity!r}."
+            "'permittivity' has a real part above 0 and, with exp(+j omega t), an imaginary part of 0 or, where there "
+            f"are losses, less; not {permittivity!r}."
         )
     return np.broadcast_to(array.astype(complex), (count,))
 
@@ -171,10 +175,11 @@ def _some(wrong):
     return f"{wrong.sum()} of {len(wrong)} triangles (the first is number {wrong.argmax()})"
 
 
-def check_edges(vertices, triangles, frequency):
+def check_edges(vertices, triangles, frequency, index=1.0):
     """Refuse a mesh too coarse for its currents; warn of a coarse one, an unusual size, and seams without current.
 
-    vertices (V, 3) in m and triangles (T, 3) as of `checked_mesh`; frequency: the highest, in Hz.
+    vertices (V, 3) in m and triangles (T, 3) as of `checked_mesh`; frequency: the highest, in Hz; index: how many
+    wavelengths in a solid body one outside is.
     """
     ends = topology.rims(triangles)[0]
     places = np.unique(vertices[ends].reshape(-1, 3) + 0.0, axis=0, return_inverse=True)[1].reshape(-1, 2)
@@ -188,13 +193,15 @@ def check_edges(vertices, triangles, frequency):
     size = np.ptp(vertices, axis=0).max()
     usual = SMALLEST <= size / wavelength <= LARGEST
     long = f"{size:.4g} m ({number(size / wavelength)} wavelengths) long{'' if usual else ': is this in metres?'}"
+    wavelength, inside = wavelength / index, " in it" if index != 1 else ""
     mean, longest = lengths.mean() / wavelength, lengths.max() / wavelength
     said = (
-        f"at {frequency / 1e9:g} GHz the mesh has {number(1 / mean, 2)} edges in a wavelength ({USUAL_EDGES} are "
-        f"usual), the longest of {lengths.max():.3g} m ({number(longest, 2)} wavelengths)"
+        f"at {frequency / 1e9:g} GHz the mesh has {number(1 / mean, 2)} edges in a wavelength{inside} ({USUAL_EDGES} "
+        f"are usual), the longest of {lengths.max():.3g} m ({number(longest, 2)} wavelengths)"
     )
     if longest >= LONGEST_EDGE or mean >= LONGEST_MEAN_EDGE:
         unknowns = ideal_unknowns(topology.areas(vertices, triangles).sum(), wavelength / USUAL_EDGES)
+        unknowns *= 2 if inside else 1  # a body has magnetic currents, too
         raise InputError(
             f"{said}: too few to carry its currents. It is {long}{'.' if usual else ''} With {USUAL_EDGES} edges in a "
             f"wavelength it has about {number(unknowns)} unknowns, whose whole matrix takes "

@@ -1,10 +1,11 @@
-"""The impedance of a thin sheet of a material, and where a sheet is no longer one.
+"""Materials: the impedance of a thin sheet, and where a sheet is no longer one; the permittivity of a solid body.
 
 A material is a mapping, as a target of the config has it, of one of these forms, in SI units:
 
     resistance                           Z = resistance, ohm a square
     conductivity, thickness              Z = 1 / (sigma t), a film thinner than its skin depth
     permittivity, loss_tangent, thickness    Z = 1 / (j omega eps_0 (eps_r - 1) t), eps_r = eps' (1 - j tan delta)
+    permittivity, loss_tangent           a solid body of eps_r, which the mesh bounds (see `mom.dielectric`)
 
 (Harrington, Mautz, IEEE Trans. AP-23, 1975), with exp(+j omega t).
 """
@@ -14,7 +15,8 @@ import numpy as np
 from isarflow.core.sweep import C0
 
 ETA = 376.730313668  # impedance of vacuum, ohm (CODATA 2018)
-FORMS = ("resistance",), ("conductivity", "thickness"), ("permittivity", "loss_tangent", "thickness")
+SOLID = ("permittivity", "loss_tangent")
+FORMS = ("resistance",), ("conductivity", "thickness"), (*SOLID, "thickness"), SOLID
 UNITS = {
     "resistance": " ohm a square",
     "conductivity": " S/m",
@@ -36,7 +38,27 @@ def impedance(material, frequency):
         return np.full(wavenumber.shape, complex(material["resistance"]))
     if "conductivity" in material:
         return np.full(wavenumber.shape, complex(1 / (material["conductivity"] * material["thickness"])))
-    return ETA / (1j * wavenumber * (_permittivity(material) - 1) * material["thickness"])
+    return ETA / (1j * wavenumber * (permittivity(material) - 1) * material["thickness"])
+
+
+def equation(settings):
+    """Return the name of the integral equation of a target's settings: pmchwt of a solid body, or its `formulation`."""
+    return "pmchwt" if is_solid(settings.get("material", {})) else settings.get("formulation")
+
+
+def is_solid(material):
+    """Tell whether a material is that of a solid body: a dielectric without a wall's thickness."""
+    return "permittivity" in material and "thickness" not in material
+
+
+def permittivity(material):
+    """Return a dielectric's relative permittivity, complex."""
+    return material["permittivity"] * (1 - 1j * material["loss_tangent"])
+
+
+def index(material):
+    """Return how many wavelengths in a dielectric one outside is: the absolute value of its refractive index."""
+    return float(abs(np.sqrt(permittivity(material))))
 
 
 def described(material):
@@ -58,14 +80,10 @@ def why_no_sheet(material, frequency):
         skin = depth, "its skin depth", like_metal if is_metal else solid
         limits = [skin, (THICKEST * wavelength, "a tenth of the wavelength", solid)]
     else:
-        inside = wavelength / abs(np.sqrt(_permittivity(material)))
+        inside = wavelength / index(material)
         limits = [(THICKEST * inside, "a tenth of the wavelength in it", solid)]
     most, what, instead = min(limits)
     if material["thickness"] <= most:
         return None
     limit = f"{what} at {frequency / 1e9:g} GHz, {1000 * most:.3g} mm"
     return f"{1000 * material['thickness']:.3g} mm is more than {limit}; {instead}."
-
-
-def _permittivity(material):
-    return material["permittivity"] * (1 - 1j * material["loss_tangent"])

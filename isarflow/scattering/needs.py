@@ -11,6 +11,7 @@ from isarflow.mesh.measures import ideal_unknowns
 from isarflow.mesh.read.target import states_unit
 from isarflow.mesh.resolution import COARSEST, wanted_edges
 from isarflow.scattering.machine import slowness
+from isarflow.scattering.materials import equation, index, is_solid
 from isarflow.scattering.solver import build_solver
 
 OWN = ("formulation",)  # settings that a target may have of its own
@@ -27,6 +28,17 @@ def method(config, target):
     target_settings = config["targets"][target]
     own = {key: target_settings[key] for key in (*OWN, "material") if key in target_settings}
     return config["scattering"] | own
+
+
+def mesh_of(config, target):
+    """Settings of a target's meshes: those of the config, with the refractive `index` of a solid body."""
+    material = config["targets"][target].get("material", {})
+    return config["mesh"] | ({"index": index(material)} if is_solid(material) else {})
+
+
+def currents(scattering):
+    """Return the kinds of currents of a target's settings: electric ones, and magnetic ones of a solid body."""
+    return 2 if equation(scattering) == "pmchwt" else 1
 
 
 def precision(config):
@@ -70,7 +82,7 @@ def closed(unknowns, box):
 
 
 def unknowns_that_fit(megabytes, most, box, planes, sweep, scattering):
-    """The most unknowns of a closed surface, up to `most`, whose solve fits into this memory (0 if none)."""
+    """The most RWG functions of a closed surface, up to `most`, whose solve fits into this memory (0 if none)."""
 
     def needed(unknowns):
         return need(closed(unknowns, box), planes, sweep, scattering)["megabytes"]
@@ -81,15 +93,17 @@ def unknowns_that_fit(megabytes, most, box, planes, sweep, scattering):
 def expected(config, name, size):
     """`unknowns`, `megabytes` and `seconds` that each band's solve of a target will need here, lowest band first.
 
+    Also its `functions`: as many as unknowns, or half in a solid body, where each is there for both kinds of currents.
     Seconds are for this machine: the solver's plan times the result of `machine`.
     size: `area` in m^2 and `box` in m of the target's CAD file.
     """
     planes, scattering = _planes(config, name), method(config, name)
-    solves = []
-    for sweep, edge in zip(_sweeps(config), wanted_edges(config["mesh"], config["radar"], size["box"]), strict=True):
-        unknowns = ideal_unknowns(size["area"], edge)
-        solve = need(closed(unknowns, size["box"]), planes, sweep, scattering)
-        solves.append({"unknowns": unknowns} | solve | {"seconds": slowness() * solve["seconds"]})
+    solves, edges = [], wanted_edges(mesh_of(config, name), config["radar"], size["box"])
+    for sweep, edge in zip(_sweeps(config), edges, strict=True):
+        functions = ideal_unknowns(size["area"], edge)
+        solve = need(closed(functions, size["box"]), planes, sweep, scattering)
+        counts = {"unknowns": currents(scattering) * functions, "functions": functions}
+        solves.append(counts | solve | {"seconds": slowness() * solve["seconds"]})
     return solves
 
 
@@ -100,11 +114,11 @@ def check_fit(config, name, size):
     """
     memory, target, box = memory_megabytes(), config["targets"][name], size["box"]
     *_, (sweep, solve) = zip(_sweeps(config), expected(config, name, size), strict=True)
-    plan_arguments, unknowns = (_planes(config, name), sweep, method(config, name)), solve["unknowns"]
-    if need(closed(SURE_SHARE * unknowns, box), *plan_arguments)["megabytes"] <= memory:
+    plan_arguments, functions = (_planes(config, name), sweep, method(config, name)), solve["functions"]
+    if need(closed(SURE_SHARE * functions, box), *plan_arguments)["megabytes"] <= memory:
         return
     # Unknowns go with the square of the frequency and of the edges in a wavelength.
-    ratio = (unknowns_that_fit(memory, unknowns, box, *plan_arguments) / unknowns) ** 0.5
+    ratio = (unknowns_that_fit(memory, functions, box, *plan_arguments) / functions) ** 0.5
     top = sweep.frequency[-1] / 1e9  # GHz
     density = floor(10 * 0.99 * ratio * config["mesh"]["edges_per_wavelength"]) / 10
     inexact = " (below 8 the field is inexact)" if density < 8 else ""
@@ -112,7 +126,7 @@ def check_fit(config, name, size):
     by_unit = "" if is_sure else f", if its numbers are {target.get('unit', 'm')}; see its 'unit'"
     coarser = f", or with 'mesh.edges_per_wavelength: {density:g}'{inexact}"
     raise InputError(
-        f"config key 'targets.{name}': {target['mesh']} would need about {unknowns:,.0f} unknowns and "
+        f"config key 'targets.{name}': {target['mesh']} would need about {solve['unknowns']:,.0f} unknowns and "
         f"{solve['megabytes'] / 1000:,.1f} GB at {top:g} GHz, but this machine has {memory / 1000:,.1f} GB. It would "
         f"fit up to {0.99 * ratio * top:.3g} GHz{coarser if density >= COARSEST else ''}; a mirror plane in the "
         f"target's 'symmetry' halves the need. It is {max(box):.4g} m long{by_unit}."

@@ -28,7 +28,8 @@ from isarflow.scattering.mom.operators import cfie, efie
 from isarflow.scattering.solver import Solution
 from isarflow.scattering.threads import Pool, blas_of_one_thread
 
-OPERATORS = {"efie": efie, "cfie": cfie}
+OPERATORS = {"efie": efie, "cfie": cfie, "pmchwt": dielectric}
+FORMULATIONS = "efie", "cfie"  # the equation of a dielectric body follows from its permittivity
 DTYPES = {"single": np.complex64, "double": np.complex128}
 # Above it (or RESIDUAL_FACTOR) the solution is refined, and refused if the residual stays too large.
 MAX_RESIDUAL = 1e-3
@@ -60,7 +61,7 @@ def solve(
     impedance: complex | Sequence[complex] | np.ndarray = 0.0,
     permittivity: complex | Sequence[complex] | np.ndarray | None = None,
 ) -> Solution:
-    """Solve a perfectly conducting mesh, or a thin sheet, for its scattering amplitude f.
+    """Solve a perfectly conducting mesh, a thin sheet or a dielectric body for its scattering amplitude f.
 
     The radar cross-section is 4 pi abs(f)^2; see `farfield` for signs and references.
 
@@ -81,6 +82,8 @@ def solve(
         paired: True for directions one by one, elevation and azimuth (D,) each
         receivers: elevation and azimuth, (R,) each, of separate receivers; () for backscatter
         impedance: of a thin sheet, ohm a square, one or (F,) (efie alone; see `materials`); 0 is a perfect conductor
+        permittivity: of a solid dielectric body that the mesh bounds, relative, one or (F,), of a negative imaginary
+            part where there are losses; edges of a tenth of the wavelength in it (see `dielectric`); None for none
 
     Returns:
         A `Solution`, whose field is complex, in m: (P, F, E, A), or (P, F, D) of directions one by one, with receivers
@@ -88,8 +91,8 @@ def solve(
 
     Raises:
         InputError: for arguments that are none of these, as a mesh with NaN, without the symmetry, with edges of a
-            wavelength (see `checks`) or, for cfie, open or turned inwards; for a solve that this machine has no memory
-            for; and if a frequency cannot be solved to a residual of 1e-3.
+            wavelength (see `checks`) or, for cfie and bodies, open or turned inwards; for a solve that this machine
+            has no memory for; and if a frequency cannot be solved to a residual of 1e-3.
 
     Warns of edges longer than a third of a wavelength.
 
@@ -100,30 +103,31 @@ def solve(
     >>> bool(abs(10 * np.log10(4 * np.pi * abs(field.item()) ** 2) + 6.76) < 0.1)
     True
     """
-    check_word("formulation", formulation, OPERATORS)
+    check_word("formulation", formulation, FORMULATIONS)
     check_word("precision", precision, DTYPES)
-    checks.check_tolerance(tolerance, formulation, precision)
-    solid = permittivity is not None
-    operator, dtype = dielectric if solid else OPERATORS[formulation], DTYPES[precision]
     # The check makes arrays of lists.
     sweep = Sweep(frequencies, elevation, azimuth, polarizations, paired, receivers)  # type: ignore[arg-type]
     sweep = checks.checked_sweep(sweep)
-    materials = checks.checked_impedance(impedance, len(sweep.frequency), formulation)
-    kinds = Entries, Excitation
+    materials, index = checks.checked_impedance(impedance, len(sweep.frequency), formulation), 1.0
+    solid = permittivity is not None
+    kinds: tuple[type, type] = (Entries, Excitation)
     if solid:
-        materials = checks.checked_permittivity(permittivity, len(sweep.frequency))
-        kinds = dielectric.Entries, dielectric.Excitation
+        materials = checks.checked_permittivity(permittivity, len(sweep.frequency), impedance, formulation)
+        formulation, kinds = "pmchwt", (dielectric.Entries, dielectric.Excitation)
+        index = max(1.0, abs(materials).max() ** 0.5)
+    checks.check_tolerance(tolerance, formulation, precision)
+    operator, dtype = OPERATORS[formulation], DTYPES[precision]
     check_words("symmetry", symmetry, AXES)
     vertices, triangles = checks.checked_mesh(vertices, triangles)
-    if solid or operator.ALPHA != 1:  # the magnetic equation holds for closed surfaces
-        topology.check_closed(vertices, triangles)
+    if formulation in topology.CLOSED:
+        topology.check_closed(vertices, triangles, formulation)
     surface = fundamental_domain(vertices, triangles, symmetry)
     bases = dielectric.bases(surface) if solid else [rwg(surface, parity) for parity in surface.parities]
     unknowns = sum(map(len, bases))
     if unknowns == 0:
         touching = "Triangles that touch share vertices."
         raise InputError(f"the mesh has no inner edge, so there is no current to solve for. {touching}")
-    checks.check_edges(vertices, triangles, sweep.frequency.max())
+    checks.check_edges(vertices, triangles, sweep.frequency.max(), index)
     rising = replace(sweep, frequency=np.sort(sweep.frequency))
     measures = {"unknowns": unknowns, "triangles": len(triangles), "box": np.ptp(vertices, axis=0)}
     megabytes, _ = planned(measures, len(surface.axes), rising, formulation, precision, tolerance)

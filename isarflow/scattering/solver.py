@@ -36,10 +36,12 @@ class FieldSolver:
 
     settings: the config's scattering settings, with the target's own, as the solver states them in SETTINGS, a mapping
     of each to its JSON schema (type, bounds, description; literals, as the file is read for them and not run).
-    sheets: whether it solves targets with a `material`, which is then among the settings (see `materials`).
+    sheets, solids: whether it solves thin sheets, and solid bodies, of a `material`, which is then among the settings
+    (see `materials`).
     """
 
     sheets = False
+    solids = False
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
         self.settings = settings

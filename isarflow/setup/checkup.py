@@ -10,7 +10,7 @@ from isarflow.mesh.build import load
 from isarflow.mesh.ground import Ground, from_mirror_image
 from isarflow.mesh.read.target import UNITS, cad_of, read_target, states_unit
 from isarflow.mesh.resolution import wanted_edges
-from isarflow.scattering import needs
+from isarflow.scattering import materials, needs
 
 SAMPLED = 2000  # triangles at which the thickness and the gaps between walls are measured
 GIGA = 1000  # MB
@@ -22,7 +22,7 @@ def checkup(config, name):
 
     Lines that begin with REFUSED say what would stop a run.
     """
-    target, mesh, radar, lines = config["targets"][name], config["mesh"], config["radar"], []
+    target, mesh, radar, lines = config["targets"][name], needs.mesh_of(config, name), config["radar"], []
     try:
         vertices, triangles = topology.compact(*read_target(cad_of(target), target, mesh, radar)[:2])
         lines += [*_sizes(vertices, triangles, target), _symmetry(vertices, triangles, target, radar)]
@@ -48,8 +48,9 @@ def brief(name, lines):
 
 def check_formulation(config, name, source):
     """Raise InputError if a target's Source does not suit the equation that it is to be solved with."""
-    if needs.method(config, name).get("formulation") == "cfie":
-        topology.check_closed(source.vertices, source.triangles)
+    equation = materials.equation(needs.method(config, name))
+    if equation in topology.CLOSED:
+        topology.check_closed(source.vertices, source.triangles, equation)
 
 
 def swept(config):

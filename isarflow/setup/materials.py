@@ -6,7 +6,7 @@ from isarflow.core.kinds import SOLVERS, kind
 from isarflow.core.sweep import frequencies
 from isarflow.core.words import near
 from isarflow.scattering import needs
-from isarflow.scattering.materials import FORMS, why_no_sheet
+from isarflow.scattering.materials import FORMS, is_solid, why_no_sheet
 from isarflow.setup.schema import check_schema, schema
 
 CATALOGUE = ROOT / "config" / "materials.yaml"
@@ -45,11 +45,15 @@ def problems(config):
         if "material" not in target:
             continue
         key, material = f"targets.{name}.material", target["material"]
-        is_metal = material.get("resistance") == 0  # which all solve
-        if not is_metal and not kind(SOLVERS, solver).stated.get("sheets", False):
-            yield f"'{key}': the solver '{solver}' has perfect conductors alone; take mom, or leave it out."
+        is_metal, body = material.get("resistance") == 0, is_solid(material)  # metal is what all solve
+        if not is_metal and not (stated := kind(SOLVERS, solver).stated).get("solids" if body else "sheets", False):
+            alone = "thin sheets" if stated.get("sheets", False) else "perfect conductors"
+            yield f"'{key}': the solver '{solver}' has {alone} alone; take mom, or leave it out."
         if not is_metal and needs.method(config, name).get("formulation") == "cfie":
-            yield f"'{key}': sheets are solved by 'formulation: efie' alone; write it for this target, or leave it out."
+            yield (
+                f"'{key}': sheets, and solid bodies in its place by an equation of their own, are solved with "
+                "'formulation: efie' alone; write it for this target, or leave it out."
+            )
         yield from _of_form(key, material)
         if why := why_no_sheet(material, frequencies(config["radar"])[-1]):
             yield f"'{key}.thickness': {why}"
@@ -64,5 +68,5 @@ def _of_form(key, material):
         yield f"'{key}.{more}': a material with {has} has none; leave it out."
     for missing in (number for number in form if number not in said):
         forms = ", or ".join(", ".join(form) for form in FORMS)
-        wall = "that of its wall, in metres, as solid bodies are not solved"
-        yield f"'{key}.{missing}' is missing: {wall if missing == 'thickness' else f'a material has {forms}'}."
+        film = "that of the film, in metres; leave 'material' out for solid metal"
+        yield f"'{key}.{missing}' is missing: {film if missing == 'thickness' else f'a material has {forms}'}."

@@ -17,6 +17,7 @@ from isarflow.mesh.read.target import cad_of, check_size, in_metres, in_plane, r
 from isarflow.mesh.resolution import check_resolution
 from isarflow.scattering import needs
 from isarflow.scattering.fields import field_files
+from isarflow.scattering.materials import equation
 from isarflow.setup.config import BASE, read_yaml
 from isarflow.setup.disk import shortage
 
@@ -85,7 +86,7 @@ def _solves(config, sizes, fields, refuse):
         if (fields / "scattering" / f"{name}.zarr").exists():
             continue
         label = f"config key 'targets.{name}': {cad_of(target)}"
-        sizing = sizes[name]["box"], config["mesh"], config["radar"], label, needs.precision(config)
+        sizing = sizes[name]["box"], needs.mesh_of(config, name), config["radar"], label, needs.precision(config)
         faults = [refusal(needs.check_fit, config, name, sizes[name]), refusal(check_resolution, *sizing)]
         if any(faults) and refuse:
             raise InputError(" ".join(filter(None, faults)))
@@ -140,34 +141,34 @@ def _size(config, name, mesh_json):
     mesh_json: the mesh job's file. Raises InputError for a file that cannot be read, or that is of another size,
     less symmetric than it says, or open and to be solved as a closed one.
     """
-    target = config["targets"][name]
+    target, mesh = config["targets"][name], needs.mesh_of(config, name)
     if "field" in target:
         return None
     if "family" in target:
-        return _size_of_model(config, target, mesh_json)
+        return _size_of_model(config, target, mesh, mesh_json)
     if Path(target["mesh"]).suffix.lower() in cad_kernel.FORMATS:  # they take long to read
         return json.loads(mesh_json.read_text())["source"] if mesh_json.exists() else None
-    vertices, triangles, completed = read_target(target["mesh"], target, config["mesh"], config["radar"])
+    vertices, triangles, completed = read_target(target["mesh"], target, mesh, config["radar"])
     vertices, triangles = topology.compact(vertices, triangles)
-    check_size(vertices, target, config["mesh"], config["radar"], target["mesh"], needs.precision(config))
+    check_size(vertices, target, mesh, config["radar"], target["mesh"], needs.precision(config))
     if len(triangles) <= LOOKED_AT and _is_doubtful(config, name, vertices, triangles):
         from isarflow.mesh.build import load  # with MeshLab, which takes long to load
         from isarflow.setup.checkup import check_formulation
 
-        check_formulation(config, name, load(target["mesh"], target, config["mesh"], config["radar"]))
-    near, planes = in_plane(vertices, triangles, config["mesh"], config["radar"]), target.get("symmetry", [])
+        check_formulation(config, name, load(target["mesh"], target, mesh, config["radar"]))
+    near, planes = in_plane(vertices, triangles, mesh, config["radar"]), target.get("symmetry", [])
     halved = [*halves.sentences(vertices, triangles, completed, planes, near)]
     return measures.size(vertices, triangles) | {"halves": halved}
 
 
-def _size_of_model(config, target, mesh_json):
+def _size_of_model(config, target, mesh, mesh_json):
     """`_size` of a family's model: of its mesh, or of its parts, whose area counts where they cross, too."""
     made = json.loads(mesh_json.read_text()) if mesh_json.exists() else {}
     if made.get("family") == target["family"]:
         return made["source"]
     vertices, triangles = families.joined(target["family"])
     vertices = in_metres(vertices, target)
-    check_size(vertices, target, config["mesh"], config["radar"], cad_of(target), needs.precision(config))
+    check_size(vertices, target, mesh, config["radar"], cad_of(target), needs.precision(config))
     return measures.size(vertices, triangles)
 
 
@@ -176,7 +177,7 @@ def _is_doubtful(config, name, vertices, triangles):
 
     After the repairs of its mesh job it may still be good.
     """
-    if needs.method(config, name).get("formulation") == "cfie" and not topology.is_watertight(triangles):
+    if equation(needs.method(config, name)) in topology.CLOSED and not topology.is_watertight(triangles):
         return True
     planes = symmetry.axes(config["targets"][name].get("symmetry", []))
     apart = [from_mirror_image(vertices, triangles, np.inf, axis)[0] for axis in planes]

@@ -179,7 +179,7 @@ def test_near_skins_converge(mesh):
 
 
 def test_wing_is_closed():
-    topology.check_closed(*wing(6))
+    topology.check_closed(*wing(6), "cfie")
 
 
 @pytest.fixture(scope="module")

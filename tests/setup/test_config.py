@@ -192,7 +192,11 @@ BAD = {
     "formulation": ({"targets": {"a": {**KNOWN, "formulation": "mfie"}}}, "targets.a.formulation", "of this target"),
     "material": (of_material("abs_"), "targets.a.material", "no material 'abs_'; did you mean 'abs'?"),
     "material that is a number": (of_material(377), "targets.a.material", "a name of config/materials.yaml"),
-    "material without a wall": (of_material("abs"), "targets.a.material.thickness", "solid bodies are not solved"),
+    "a film without thickness": (
+        of_material({"conductivity": 1e4}),
+        "targets.a.material.thickness",
+        "that of the film",
+    ),
     "material of no form": (of_material({"thickness": 1e-3}), "targets.a.material.conductivity", "missing"),
     "material of two forms": (
         of_material({"resistance": 5, "thickness": 1e-3}),

@@ -24,7 +24,10 @@ rule mesh:
         files=lambda w: source_of(w.target),
         settings=lambda w: {
             "radar": section(config["radar"], "bandwidth", "center_frequency", "frequencies"),
-            "mesh": section(config["mesh"], "bands", "edges_per_wavelength", "remesh"),
+            "mesh": section(
+                needs.mesh_of(config, w.target),
+                *{"bands", "edges_per_wavelength", "index", "remesh"}.intersection(needs.mesh_of(config, w.target)),
+            ),
             "target": section(
                 config["targets"][w.target],
                 *{"family", "length", "rotate", "scale", "symmetry", "translate", "unit"}.intersection(

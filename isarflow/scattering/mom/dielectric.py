@@ -124,7 +124,9 @@ class Excitation:
         """Compute (N, D) for each parity; arguments as of `farfield.Excitation`."""
         waves = polarization, np.cross(u, polarization)
         both = [kind(wavenumber, u, wave, threads=threads) for kind, wave in zip(self.kinds, waves, strict=True)]
-        return [a + b for a, b in zip(*both, strict=True)]
+        for total, more in zip(*both, strict=True):
+            total += more
+        return both[0]
 
 
 def _turned(near, surface, wavenumber, real, threads):

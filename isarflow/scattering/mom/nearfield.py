@@ -33,8 +33,8 @@ def near_pairs(field, source):
 def by_chunks(moments, pairs, field, source, dtype, threads=1, count=8):
     """Evaluate `moments(field triangles, source triangles)` for all pairs, CHUNK_PAIRS at a time: (P, count).
 
-    It gets triangles (3, 3, CHUNK_PAIRS), pairs last, which vectorizes. It returns (count, CHUNK_PAIRS), or both parts as
-    a tuple.
+    It gets triangles (3, 3, CHUNK_PAIRS), pairs last, which vectorizes. It returns (count, CHUNK_PAIRS), or both parts
+    as a tuple.
     """
 
     def values(begin):

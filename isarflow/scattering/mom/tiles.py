@@ -429,7 +429,7 @@ def tile_of_body(out, rows, cols, near, characters, media, constants):
     """Add the tile between functions of two blocks of a dielectric body, in every parity, to `out` (see `tile`).
 
     A triangle has six half functions: of electric currents, then of magnetic ones. characters: (2, G, G) of both kinds
-    media: of each k' / (2 pi), k', k'', real and imaginary part of 4 / k^2, and of the permittivity, with k = k' - j k''
+    media: of each k' / (2 pi), k', k'', and both parts of 4 / k^2 and of the permittivity, with k = k' - j k''
     constants: least R^2, 1/2, 1, 4 / k^2 and 1 / k outside
     """
     triangles, points, nu, centers, _, _, starts, functions, weights, row_ends = rows

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from isarflow.mesh import topology
+from isarflow.scattering import materials
 from isarflow.scattering.costs import at_one_frequency, chosen_tolerance, planned
-from isarflow.scattering.materials import impedance
+from isarflow.scattering.needs import currents
 from isarflow.scattering.solver import FieldSolver
 
 METAL = {"resistance": 0.0}
@@ -15,6 +16,7 @@ METAL = {"resistance": 0.0}
 class Solver(FieldSolver):
     name = "method of moments"
     sheets = True
+    solids = True
     SETTINGS = {
         "formulation": {
             "enum": ["efie", "cfie"],
@@ -34,8 +36,11 @@ class Solver(FieldSolver):
     def __init__(self, settings):
         super().__init__({key: value for key, value in settings.items() if key != "material"})
         self.material = settings.get("material", METAL)
+        self.currents = currents(settings)
+        self.settings["formulation"] = materials.equation(settings)
 
     def plan(self, measures, planes, sweep):
+        measures = self._of_system(measures)
         return planned(measures, planes, sweep, **self._settings(measures, planes, sweep))
 
     def solve(self, vertices, triangles, sweep, symmetry, threads, progress):
@@ -47,6 +52,7 @@ class Solver(FieldSolver):
         vertices, triangles = checked_mesh(vertices, triangles)
         box = np.ptp(vertices, axis=0)
         measures = {"unknowns": topology.unknowns(triangles), "triangles": len(triangles), "box": box}
+        measures = self._of_system(measures)
         settings = self._settings(measures, len(symmetry), sweep)
         if holds(measures["unknowns"], 2 ** len(symmetry)):
             settings["tolerance"] = None  # a GPU factorizes whole matrices faster than the processor compressed ones
@@ -62,9 +68,15 @@ class Solver(FieldSolver):
 
         arguments = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations, symmetry
         options = settings | {"paired": sweep.paired, "receivers": sweep.receivers, "threads": threads}
-        options["impedance"] = impedance(self.material, sweep.frequency)
+        if materials.is_solid(self.material):
+            options |= {"formulation": "efie", "permittivity": materials.permittivity(self.material)}
+        else:
+            options["impedance"] = materials.impedance(self.material, sweep.frequency)
         solution = solve(vertices, triangles, *arguments, progress=say, **options)
-        return replace(solution, used={"tolerance": settings["tolerance"]})
+        return replace(solution, used={key: settings[key] for key in ("formulation", "tolerance")})
+
+    def _of_system(self, measures):
+        return {**measures, "unknowns": self.currents * measures["unknowns"]}
 
     def _settings(self, measures, planes, sweep):
         return self.settings | {"tolerance": chosen_tolerance(measures, planes, sweep, **self.settings)}
