@@ -25,7 +25,7 @@ CLEARLY_SHARE = 0.7  # of the time of whole matrices, where they fit easily
 LARGE_MEGABYTES = 4000  # above it, compressed matrices are also used to save memory
 # Of each operator: matrices, 1 for a symmetric one and 2 for others; time for the matrix's entries and right sides, in
 # units of the EFIE's; bytes of the near pairs for each triangle, about 45 pairs a triangle and image.
-OPERATORS = {"efie": (1, 1, 13_000), "cfie": (2, 3, 26_000), "pmchwt": (1, 1.8, 60_000)}
+OPERATORS = {"efie": (1, 1, 13_000), "cfie": (2, 3, 26_000), "pmchwt": (1, 1.8, 26_000)}
 # Of compressed matrices.
 PATCH_FUNCTIONS = 480  # of a patch
 SKETCH_COLUMNS = 48  # random columns that a tile's sketch begins with: most tiles have a smaller rank

@@ -41,7 +41,7 @@ def sampled(surface: Surface, basis: Basis, function: int, count: int = 7) -> Sa
     return Samples(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-def electric(field: Samples, source: Samples, wavenumber: float) -> complex:
+def electric(field: Samples, source: Samples, wavenumber: complex) -> complex:
     """Return z_mn = int int [f_m . f_n' - div f_m div f_n' / k^2] G dS dS' in m^3 (see `assembly`).
 
     wavenumber: rad/m.
@@ -57,9 +57,19 @@ def magnetic(field: Samples, source: Samples, wavenumber: float) -> complex:
 
     grad G = g (r - r') with g = -(1 + j k R) exp(-j k R) / R^3. wavenumber: rad/m.
     """
+    across = np.cross(field.normals[:, None], _gradient_cross(field, source, wavenumber))
+    return 1j / wavenumber * np.einsum("ax,abx->", field.values, across)
+
+
+def turned(field: Samples, source: Samples, wavenumber: complex) -> complex:
+    """Return kappa_mn = int f_m . int grad G x f_n' dS' dS in m^2 (see `dielectric`); arguments as of `magnetic`."""
+    return np.einsum("ax,abx->", field.values, _gradient_cross(field, source, wavenumber))
+
+
+def _gradient_cross(field, source, wavenumber):
+    """grad G x f' between points, (Q, Q, 3)."""
     difference = field.points[:, None] - source.points
     distance = np.linalg.norm(difference, axis=2)
     phase = 1j * wavenumber * distance
     gradient = (-(1 + phase) * np.exp(-phase) / distance**3)[..., None] * difference
-    turned = np.cross(field.normals[:, None], np.cross(gradient, source.values))
-    return 1j / wavenumber * np.einsum("ax,abx->", field.values, turned)
+    return np.cross(gradient, source.values)
