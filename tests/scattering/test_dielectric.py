@@ -18,7 +18,7 @@ from isarflow.mesh.io import write_ply
 from isarflow.mesh.resolution import wanted_edges
 from isarflow.scattering import needs
 from isarflow.scattering.band import solve_band
-from isarflow.scattering.costs import planned
+from isarflow.scattering.costs import BASE_MEGABYTES, planned
 from isarflow.scattering.mom import dielectric, reference
 from isarflow.scattering.mom.basis import fundamental_domain, rwg
 from isarflow.scattering.solve import solve
@@ -151,10 +151,12 @@ def test_a_body_is_reciprocal(pebble):
 
 def test_a_body_of_nothing_is_transparent(pebble):
     """Its currents are the incident field, and what they radiate outwards is the difference of its two sides."""
-    field = solve(*pebble, [FREQUENCY] * 3, [20.0], [10.0], permittivity=[1.0, 1.01, 2.0]).field[0, :, 0, 0]
-    assert abs(field[0]) < 1e-4 * abs(field[2])
-    # A small contrast scatters in proportion.
-    assert abs(field[1] / field[2]) == pytest.approx(0.01 * 4 / 3, rel=0.1)
+    directions, media = ([20.0, -40.0], [10.0, 190.0], ["VV", "HV"]), [1.0, 1.01, 2.0]
+    nothing, little, body = solve(*pebble, [FREQUENCY] * 3, *directions, permittivity=media).field.swapaxes(0, 1)
+    # Measured: XXX.
+    assert np.abs(nothing).max() < 5e-4 * np.abs(body).max()
+    # A small contrast scatters in proportion, by (eps - 1) / (eps + 2) where the body is small.
+    assert np.abs(little[0]).max() / np.abs(body[0]).max() == pytest.approx(0.01 / 3.01 * 4, rel=0.3)
 
 
 def test_power_is_absorbed_where_the_series_says():
@@ -222,8 +224,8 @@ def test_a_solid_target_is_planned_with_both_currents_on_shorter_edges():
     found = build_solver(METHOD | {"material": material}).plan(measures, 0, asked)
     doubled = {**measures, "unknowns": 18000}
     assert found == planned(doubled, 0, asked, "pmchwt", "single", None)
-    # Whole matrices of twice the unknowns, and little else.
-    assert 4 * 18000**2 / 1e6 < found[0] < 6 * 18000**2 / 1e6
+    # A whole matrix of twice the unknowns.
+    assert 4 * 18000**2 / 1e6 < found[0] - BASE_MEGABYTES < 1.3 * 4 * 18000**2 / 1e6
     radar = {"center_frequency": FREQUENCY, "bandwidth": 0.0, "frequencies": 1}
     mesh = {"edges_per_wavelength": 10, "bands": 1, "remesh": True}
     config = {"mesh": mesh, "targets": {"metal": {}, "wall": {"material": {**material, "thickness": 0.01}}}}

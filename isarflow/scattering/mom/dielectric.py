@@ -31,7 +31,7 @@ import numpy as np
 from isarflow.scattering.mom import assembly, farfield
 from isarflow.scattering.mom.basis import Basis, rwg
 from isarflow.scattering.mom.green import cosine, inverse, sine
-from isarflow.scattering.mom.nearfield import FINE_POINTS, area_of, by_chunks, of_images, smooth_minus_coarse
+from isarflow.scattering.mom.nearfield import area_of, by_chunks, of_images, smooth_minus_coarse
 from isarflow.scattering.mom.operators import efie
 from isarflow.scattering.mom.quadrature import cross, points_of, static_gradient, weighted_sum
 from isarflow.scattering.mom.tiles import tile_of_body
@@ -39,6 +39,9 @@ from isarflow.scattering.mom.tiles import tile_of_body
 ALPHA = 1  # as of `efie`
 SYMMETRIC = True
 TERMS = 14  # of the series of `_smooth_gradient`
+# Of the rule for the static part of kappa over the field triangle: at a common edge it is singular as a logarithm. With
+# seven points an ellipsoid of eps = 1 scattered 0.3 % of one of 2, and with these 0.01 %.
+EDGE_POINTS = 27
 
 
 def bases(surface):
@@ -149,9 +152,9 @@ def _moments(count, rho, gradient):
 
 @jax.jit
 def _static_moments(field, source):
-    points = points_of(FINE_POINTS, field)
+    points = points_of(EDGE_POINTS, field)
     gradient = static_gradient(points, source[:, :, None]) / area_of(source)
-    return _moments(FINE_POINTS, points - field.mean(0)[:, None], gradient)
+    return _moments(EDGE_POINTS, points - field.mean(0)[:, None], gradient)
 
 
 @partial(jax.jit, static_argnums=0)

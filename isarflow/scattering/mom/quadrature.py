@@ -12,6 +12,20 @@ def _orbit(a):
     return [[1 - 2 * a, a, a], [a, 1 - 2 * a, a], [a, a, 1 - 2 * a]]
 
 
+def _graded(count):
+    """A rule of 3 count^2 points, closer at the edges, for what is singular there as a logarithm.
+
+    Gauss's points on the three triangles between an edge and the centroid: along the edge, and in the square root of
+    the distance from it.
+    """
+    x, w = np.polynomial.legendre.leggauss(count)
+    x, w = (x + 1) / 2, w / 2
+    inward, along = (y.reshape(-1) for y in np.meshgrid(x**2, x, indexing="ij"))
+    points = np.stack([inward / 3 + (1 - inward) * (1 - along), inward / 3 + (1 - inward) * along, inward / 3], 1)
+    weights = (4 / 3 * w * x * (1 - x**2))[:, None] * w
+    return np.concatenate([np.roll(points, k, 1) for k in range(3)]), np.tile(weights.reshape(-1), 3)
+
+
 # Barycentric points and weights (sum 1). Dunavant, Int. J. Numer. Meth. Eng. 21, 1985: degrees 2 and 5.
 RULES = {
     3: (np.array(_orbit(1 / 6)), np.full(3, 1 / 3)),
@@ -19,6 +33,7 @@ RULES = {
         np.array([[1 / 3] * 3, *_orbit(0.470142064105115), *_orbit(0.101286507323456)]),
         np.array([0.225, *[0.132394152788506] * 3, *[0.125939180544827] * 3]),
     ),
+    27: _graded(3),
 }
 
 
