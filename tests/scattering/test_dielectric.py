@@ -60,7 +60,7 @@ def test_the_series_is_that_of_a_layer_without_a_hollow(permittivity):
     layer, solid = (
         np.array(one)[1:, :4] for one in (mie.layer(1.0, permittivity, 1.98), mie.solid(1.99, permittivity))
     )
-    assert np.abs(layer - solid).max() < 1e-5  # measured: 5e-7
+    assert np.abs(layer - solid).max() < 1e-5  # measured: 5e-7 and 2e-6
     # Rayleigh's limit, and for a lossless body no absorption.
     _, a, _ = mie.solid(0.01, permittivity)
     assert a[0] == pytest.approx(2j / 3 * 0.01**3 * (permittivity - 1) / (permittivity + 2), rel=1e-3)
@@ -103,7 +103,7 @@ def test_entries_are_those_of_plain_quadrature(entries):
         both = -(z[0] + LOSSY * z[1])
         truth = np.array([[z[0] + z[1], -1j / K * kappa], [-1j / K * kappa, both]])
         found = matrix[np.ix_([places[0][m], places[1][m]], [places[0][n], places[1][n]])]
-        # The same three points a triangle. Measured: 1e-12 of these entries.
+        # The same three points a triangle. Measured: 3e-15 of these entries.
         assert np.abs(found - truth).max() < 1e-9 * np.abs(truth).max()
         assert np.abs(truth).max() > 1e-6 * largest
 
@@ -111,7 +111,7 @@ def test_entries_are_those_of_plain_quadrature(entries):
 def test_the_matrices_are_symmetric(entries):
     for _, matrices in entries.values():
         for matrix in matrices:
-            # Measured: 1e-15.
+            # Measured: 4e-16.
             assert np.abs(matrix - matrix.T).max() < 1e-12 * np.abs(matrix).max()
 
 
@@ -119,13 +119,14 @@ def test_the_matrices_are_symmetric(entries):
 def test_spheres_agree_with_their_series(permittivity, radius):
     receivers = np.zeros(len(AROUND)), AROUND
     how = {"symmetry": PLANES, "receivers": receivers, "permittivity": permittivity}
-    solution = solve(*sphere(radius, permittivity), [FREQUENCY], [0.0], [0.0], ["VV", "HH"], **how)
-    assert solution.residual.max() < 2e-4
-    field, exact = solution.field[:, 0, 0, 0], backscatter(permittivity, radius)
+    field = solve(*sphere(radius, permittivity), [FREQUENCY], [0.0], [0.0], ["VV", "HH"], **how).field[:, 0, 0, 0]
+    exact = backscatter(permittivity, radius)
     largest = max(abs(backscatter(permittivity, each)) for each in RADII)
-    assert np.abs(field[:, 0] - exact).max() < 0.012 * largest
+    # Measured: 0.05, 0.13 and 0.001 %; of the field, 0.64, 0.22 and 0.007 %.
+    assert np.abs(field[:, 0] - exact).max() < min(0.012 * largest, 0.015 * abs(exact))
     in_plane, across = mie.bistatic(K, radius, np.radians(180 - AROUND), of_series(permittivity))
     for found, truth in zip(field, (across, -in_plane), strict=True):
+        # Measured: 0.12, 0.07 and 0.007 %.
         assert np.abs(found - truth).max() < 0.01 * np.abs(truth).max()
 
 
@@ -137,7 +138,7 @@ def test_mirror_planes_change_nothing(pebble):
     for planes in (["xy"], ["xz"], ["xz", "yz"], PLANES):
         mirrored = solve(*mesh, [FREQUENCY], ELEVATION, AZIMUTH, waves, planes, **how).field
         # Measured: 2e-6.
-        assert np.abs(mirrored - plain).max() < 2e-5 * np.abs(plain).max()
+        assert np.abs(mirrored - plain).max() < 1e-5 * np.abs(plain).max()
 
 
 def test_a_body_is_reciprocal(pebble):
@@ -145,18 +146,20 @@ def test_a_body_is_reciprocal(pebble):
     how = {"paired": True, "receivers": places, "permittivity": LOSSY}
     field = solve(*pebble, [FREQUENCY], *places, ["VV", "HV", "VH"], **how).field[:, 0]
     for way, turned in ((0, 0), (1, 2)):
+        # Measured: 8e-7.
         assert np.abs(field[way] - field[turned].T).max() < 1e-5 * np.abs(field).max()
     assert np.abs(field[1]).max() > 0.01 * np.abs(field).max()
 
 
 def test_a_body_of_nothing_is_transparent(pebble):
     """Its currents are the incident field, and what they radiate outwards is the difference of its two sides."""
-    directions, media = ([20.0, -40.0], [10.0, 190.0], ["VV", "HV"]), [1.0, 1.01, 2.0]
-    nothing, little, body = solve(*pebble, [FREQUENCY] * 3, *directions, permittivity=media).field.swapaxes(0, 1)
-    # Measured: XXX.
-    assert np.abs(nothing).max() < 5e-4 * np.abs(body).max()
-    # A small contrast scatters in proportion, by (eps - 1) / (eps + 2) where the body is small.
-    assert np.abs(little[0]).max() / np.abs(body[0]).max() == pytest.approx(0.01 / 3.01 * 4, rel=0.3)
+    directions, media = ([20.0, -40.0], [10.0, 190.0], ["VV", "HV"]), [1.0, 1.1, 1.2, 2.0]
+    field = solve(*pebble, [FREQUENCY] * 4, *directions, permittivity=media).field
+    nothing, little, more, body = (np.abs(field[:, n]).max() for n in range(4))
+    # Measured: 0.05 %; where common edges get seven points alone, 0.5 %.
+    assert nothing < 1e-3 * body
+    # A small body of a small contrast scatters as (eps - 1) / (eps + 2).
+    assert more / little == pytest.approx(2 * 3.1 / 3.2, rel=0.03)
 
 
 def test_power_is_absorbed_where_the_series_says():
@@ -173,10 +176,11 @@ def test_power_is_absorbed_where_the_series_says():
     for n, permittivity in enumerate(media):
         orders, a, b = mie.solid(K * radius, permittivity)
         parts = np.sum((2 * orders + 1) * ((a + b).real - np.abs(a) ** 2 - np.abs(b) ** 2))
-        assert taken[n] - scattered[n] == pytest.approx(2 * np.pi / K**2 * parts, abs=0.01 * taken[n])
+        # Measured: 0.001, -0.004 and 2e-5 % of the power taken, of which 0, 15 and 20 % are absorbed.
+        assert taken[n] - scattered[n] == pytest.approx(2 * np.pi / K**2 * parts, abs=1e-3 * taken[n])
     absorbed = (taken - scattered) / taken
-    assert abs(absorbed[0]) < 0.005
-    assert absorbed[1:].min() > 0.05
+    assert abs(absorbed[0]) < 1e-4
+    assert absorbed[1:].min() > 0.1
 
 
 @pytest.mark.parametrize(
