@@ -58,7 +58,7 @@ def solve(
     receivers: tuple = (),
     impedance: complex | Sequence[complex] | np.ndarray = 0.0,
 ) -> Solution:
-    """Solve a perfectly conducting mesh, or a thin sheet, for its scattering amplitude f.
+    """Solve a perfectly conducting mesh, or a thin sheet, or both in one, for its scattering amplitude f.
 
     The radar cross-section is 4 pi abs(f)^2; see `farfield` for signs and references.
 
@@ -78,7 +78,8 @@ def solve(
             (efie and single precision; see `cross` and `lowrank`)
         paired: True for directions one by one, elevation and azimuth (D,) each
         receivers: elevation and azimuth, (R,) each, of separate receivers; () for backscatter
-        impedance: of a thin sheet, ohm a square, one or (F,) (efie alone; see `materials`); 0 is a perfect conductor
+        impedance: of a thin sheet, ohm a square, one, (F,), or (F, T) for each triangle (efie alone; see `materials`);
+            0 is a perfect conductor
 
     Returns:
         A `Solution`, whose field is complex, in m: (P, F, E, A), or (P, F, D) of directions one by one, with receivers
@@ -105,12 +106,12 @@ def solve(
     # The check makes arrays of lists.
     sweep = Sweep(frequencies, elevation, azimuth, polarizations, paired, receivers)  # type: ignore[arg-type]
     sweep = checks.checked_sweep(sweep)
-    impedances = checks.checked_impedance(impedance, len(sweep.frequency), formulation)
     check_words("symmetry", symmetry, AXES)
     vertices, triangles = checks.checked_mesh(vertices, triangles)
+    impedances = checks.checked_impedance(impedance, (len(sweep.frequency), len(triangles)), formulation)
     if operator.ALPHA != 1:  # the magnetic equation holds for closed surfaces
         topology.check_closed(vertices, triangles)
-    surface = fundamental_domain(vertices, triangles, symmetry)
+    surface = fundamental_domain(vertices, triangles, symmetry, impedances)
     bases = [rwg(surface, parity) for parity in surface.parities]
     unknowns = sum(map(len, bases))
     if unknowns == 0:
@@ -121,6 +122,7 @@ def solve(
     measures = {"unknowns": unknowns, "triangles": len(triangles), "box": np.ptp(vertices, axis=0)}
     megabytes, _ = planned(measures, len(surface.axes), rising, formulation, precision, tolerance)
     needs.check_memory(megabytes, unknowns, rising.frequency[-1])
+    impedances = impedances[:, surface.numbers]
     # About its middle a target needs the fewest directions, and single precision has the most digits of coordinates.
     middle = middle_of(surface)
     surface = replace(surface, vertices=surface.vertices - middle)
