@@ -54,6 +54,9 @@ def _origin(name, attrs, solved):
         words = [words[0].upper(), f"{' to '.join(f'{count:,}' for count in ends)} unknowns"]
     if "material" in attrs:
         words.insert(1, f"a sheet of {described(attrs['material'])}")
+    for part, own in sorted(attrs.get("parts", {}).items(), reverse=True):
+        made = f"a sheet of {described(own['material'])}" if "material" in own else "metal"
+        words.insert(1, f"{part}: {made}")
     if residuals:
         words.append(f"largest relative residual {number(max(residuals), 2)}")
     return f"{name}: {', '.join(words)}."

@@ -36,7 +36,9 @@ class FieldSolver:
 
     settings: the config's scattering settings, with the target's own, as the solver states them in SETTINGS, a mapping
     of each to its JSON schema (type, bounds, description; literals, as the file is read for them and not run).
-    sheets: whether it solves targets with a `material`, which is then among the settings (see `materials`).
+    sheets: whether it solves targets with a `material`, which is then among the settings (see `materials`), and of
+    several parts, if one is not metal: the settings then have `parts`, {name: {material: ...} or {}}, and `solve` gets
+    `part` by keyword, (T,), each triangle's number of a part in their order.
     """
 
     sheets = False

@@ -32,13 +32,13 @@ class Solver(FieldSolver):
     }
 
     def __init__(self, settings):
-        super().__init__({key: value for key, value in settings.items() if key != "material"})
-        self.material = settings.get("material", METAL)
+        super().__init__({key: value for key, value in settings.items() if key not in ("material", "parts")})
+        self.materials = [own.get("material", METAL) for own in settings.get("parts", {"": settings}).values()]
 
     def plan(self, measures, planes, sweep):
         return planned(measures, planes, sweep, **self._settings(measures, planes, sweep))
 
-    def solve(self, vertices, triangles, sweep, symmetry, threads, progress):
+    def solve(self, vertices, triangles, sweep, symmetry, threads, progress, part=None):
         from isarflow.core.compiled import keep_compiled
         from isarflow.scattering.checks import checked_mesh
         from isarflow.scattering.mom.device import holds
@@ -62,7 +62,8 @@ class Solver(FieldSolver):
 
         arguments = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations, symmetry
         options = settings | {"paired": sweep.paired, "receivers": sweep.receivers, "threads": threads}
-        options["impedance"] = impedance(self.material, sweep.frequency)
+        of_materials = np.stack([impedance(material, sweep.frequency) for material in self.materials], axis=1)
+        options["impedance"] = of_materials[:, 0 if part is None else part]
         solution = solve(vertices, triangles, *arguments, progress=say, **options)
         return replace(solution, used={"tolerance": settings["tolerance"]})
 
