@@ -12,7 +12,7 @@ from isarflow.mesh import symmetry, topology
 from isarflow.mesh.ground import Ground
 
 MOST_SHARED = 20  # times the reach, squared: the most area on which two sheets may lie on each other, as beside a seam
-UNLIKE = 0.02  # of the area: the most that may be of another part than its mirror image is
+UNLIKE = 0.1  # of a part's area: the most whose mirror image is of another part than that of the rest
 
 
 def is_metal(part):
@@ -111,16 +111,17 @@ def carried(source, mesh, planes, name):
         mine = np.flatnonzero(piece == number)
         there = np.flatnonzero(own == np.bincount(nearest[mine]).argmax())
         part[mine] = source.part[there[Ground(source.vertices, source.triangles[there]).distance(middles[mine])[1]]]
-    area = topology.areas(*mesh)
+    area, count = topology.areas(*mesh), int(part.max()) + 1
     for plane in planes:
         axis = symmetry.AXES[plane]
         other = cKDTree(middles).query(symmetry.mirrored(middles, axis))[1]
-        image = [np.bincount(part[other[part == number]]).argmax() if (part == number).any() else 0
-                 for number in range(part.max() + 1)]  # fmt: skip
-        unlike = part[other] != np.array(image)[part]
-        if area[unlike].sum() > UNLIKE * area.sum():
+        shared = np.zeros((count, count))
+        np.add.at(shared, (part, part[other]), area)
+        image = shared.argmax(axis=1)
+        unlike = (part[other] != image[part]) | (image[image[part]] != part)
+        if (np.bincount(part, area * unlike, count) > UNLIKE * np.bincount(part, area, count)).any():
             place = topology.place(middles[unlike][area[unlike].argmax()])
             raise InputError(f"{name}: its parts are not symmetric about the plane {plane}, as near {place}; mend it.")
         positive = middles[:, axis] > 0
-        part[other[positive]] = np.array(image)[part[positive]]
+        part[other[positive]] = image[part[positive]]
     return part

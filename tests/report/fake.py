@@ -149,7 +149,7 @@ def _scattering(path, name, settings, elevation, azimuth):
     if origin is None:
         residual = [1e-6 * (n + 1) for n in range(len(frequency))]
         attrs = {"formulation": "efie", "unknowns": [792] * len(frequency), "residual": residual}
-        attrs |= {key: value for key, value in settings["targets"][name].items() if key == "material"}
+        attrs |= {key: value for key, value in settings["targets"][name].items() if key in ("material", "parts")}
     write_field(path, field, polarizations, frequency, elevation, azimuth, attrs)
 
 

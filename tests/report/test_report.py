@@ -101,7 +101,9 @@ def test_one_frequency_shows_meshes_and_rcs_only(tmp_path):
 @pytest.mark.parametrize("given", [["ufo"], ["drone", "missile", "ufo"]])
 def test_targets_given_by_their_field_have_no_mesh(tmp_path, few_pictures, given):
     settings = fake.changed([])
-    settings["targets"]["drone"]["material"] = {"name": "abs", "permittivity": 2.7, "thickness": 0.0015}
+    plastic = {"material": {"name": "abs", "permittivity": 2.7, "thickness": 0.0015}}
+    settings["targets"]["drone"] |= plastic
+    settings["targets"]["missile"]["parts"] = {"body": {}, "nose": plastic}
     for name in given:
         settings["targets"][name] = {"role": settings["targets"][name]["role"], "field": f"<{name}>.ffe"}
     report = fake.write(tmp_path / "fake", settings)
@@ -114,8 +116,9 @@ def test_targets_given_by_their_field_have_no_mesh(tmp_path, few_pictures, given
     assert ("The method of moments gives" in page.words) == bool(meshed)
     for name in settings["targets"]:
         text = f"field of {name} was not solved here; it comes from <{name}>.ffe (SHA-256 0123456789ab…)"
-        plastic = "a sheet of abs (permittivity 2.7, thickness 0.0015 m), " if name == "drone" else ""
-        solved = f"{name}: EFIE, {plastic}792 unknowns" in page.words
+        plastic = "a sheet of abs (permittivity 2.7, thickness 0.0015 m), "
+        made = {"drone": plastic, "missile": f"body: metal, nose: {plastic}"}.get(name, "")
+        solved = f"{name}: EFIE, {made}792 unknowns" in page.words
         assert (text in page.words, solved) == (name in given, name in meshed)
     assert page.words.count("given by its field") == len(given)
     drawn = {name for name in page.figures if name.startswith(("mesh_", "bands_"))}

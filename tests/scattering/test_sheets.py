@@ -106,6 +106,15 @@ def test_a_target_s_material_reaches_its_field_and_its_store(tmp_path):
         store, truth = open_store(tmp_path / "a.zarr"), solve(*mesh, frequencies, [0.0], [0.0, 30.0], impedance=ohm)
         assert np.abs(store.field.values - truth.field).max() < 1e-6 * np.abs(truth.field).max()
         assert store.attrs.get("material") == settings.get("material")
+    # Half of it metal, by the parts that the mesh's triangles are of.
+    part = (mesh[0][mesh[1]].mean(1)[:, 0] > 0).astype(int)
+    write_ply(tmp_path / "b.ply", *mesh, part, ["nose", "tail"])
+    parts = {"nose": {}, "tail": {"material": PLASTIC}}
+    solve_band(tmp_path / "b.ply", tmp_path / "b.zarr", asked, METHOD | {"parts": parts}, [], 1, "b")
+    store, ohm = open_store(tmp_path / "b.zarr"), impedance(PLASTIC, frequencies)[:, None] * part
+    halves = solve(*mesh, frequencies, [0.0], [0.0, 30.0], impedance=ohm).field
+    assert np.abs(store.field.values - halves).max() < 1e-6 * np.abs(halves).max()
+    assert np.abs(truth.field - halves).max() > 0.1 * np.abs(halves).max() and store.attrs["parts"] == parts
     measures = {"unknowns": 9000, "triangles": 6000, "box": [1.0, 0.5, 0.3]}
     plans = [build_solver(one).plan(measures, 1, asked) for one in (METHOD, METHOD | {"material": PLASTIC})]
     assert plans[0] == plans[1]
