@@ -61,7 +61,7 @@ class Parts:
         part = self._nearest(apart)
         for number, of_part in enumerate(self.names):
             if not (part == number).any():
-                inside = "it lies inside of metal, where no wave reaches, or on other parts"
+                inside = "it lies inside of metal, where no wave reaches, or on other parts, or is too small a detail"
                 raise InputError(f"{name}: nothing is left of the part '{of_part}': {inside}; leave it out.")
         on_both = self.sheets[part] & (((apart <= self.reach) & self.sheets[:, None]).sum(axis=0) > 1)
         area = topology.areas(vertices, triangles) * on_both

@@ -19,11 +19,8 @@ CONFIG = CONFIG.replace("LID", LID).replace("BASE", BASE)
 # Edits of the config, and the jobs that they make necessary.
 EDITS = {
     "another thickness": ("thickness: 0.001", "thickness: 0.002", {}),
-    "another material": ("{name: abs, thickness: 0.001}", "space_cloth", {}),
     "parts in another order": (f"{LID}, {BASE}", f"{BASE}, {LID}", {}),
-    "metal": (", material: {name: abs, thickness: 0.001}", "", {"mesh": 1}),
     "metal by name": ("{name: abs, thickness: 0.001}", "pec", {"mesh": 1}),
-    "another name": ("base:", "floor:", {"mesh": 1}),
     "another file": ("base.ply", "lid.ply", {"mesh": 1}),
 }
 MESH, OF = "results/parts/mesh/box.json", ("--configfile", "parts.yaml")
