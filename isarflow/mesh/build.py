@@ -15,13 +15,14 @@ from isarflow.mesh import families, gaps, symmetry, topology
 from isarflow.mesh.ground import Ground, from_mirror_image, samples
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.measures import describe, size, warnings
+from isarflow.mesh.parts import Parts, alternating, carried
 from isarflow.mesh.progress import begin, say
 from isarflow.mesh.read import halves
-from isarflow.mesh.read.target import UNITS, check_size, read_target
+from isarflow.mesh.read.target import UNITS, check_size, joined, read_surfaces
 from isarflow.mesh.remesh.isotropic import P99, P99_LIMIT, Size, fitting, remesh, restore_chords, restore_volume, split
 from isarflow.mesh.remesh.misses import GOAL, Followed
 from isarflow.mesh.repair.arrange import first_crossing
-from isarflow.mesh.repair.surface import CLOSE, repair
+from isarflow.mesh.repair.surface import CLOSE, WELD, repair
 from isarflow.mesh.resolution import OF_PIECE, check_resolution, wanted_edges, wavelengths
 from isarflow.mesh.symmetry import PLANES
 
@@ -41,6 +42,7 @@ class Source(NamedTuple):
     triangles: np.ndarray  # (T, 3)
     repairs: dict  # number of each repair
     measures: dict  # its size, the file's size as `raw`, and the tolerances of the repairs
+    part: np.ndarray | None = None  # (T,) of a target of several parts, their names by number: the keys of its `parts`
 
 
 def mesh_file(
@@ -86,14 +88,19 @@ def load(path, target, mesh, radar, precision="double"):
     """
     waves = wavelengths(mesh, radar)
     edge = waves[-1] / mesh["edges_per_wavelength"]  # of a target of any size
-    vertices, triangles, completed = read_target(path, target, mesh, radar, CHORD * edge)
+    surfaces = read_surfaces(path, target, CHORD * edge)
+    vertices, triangles, completed = joined(surfaces, target, mesh, radar)
     used = vertices[topology.used(triangles)]
     edges = wanted_edges(mesh, radar, np.ptp(used, axis=0))
     edge = edges[-1]
     check_size(used, target, mesh, radar, path, precision)
     check_resolution(np.ptp(used, axis=0), mesh, radar, path, precision)
     raw = {"triangles": len(triangles)} | size(*topology.compact(vertices, triangles))
-    vertices, triangles, repairs, tolerances = repair(vertices, triangles, edge, path)
+    parts = Parts(target["parts"], surfaces, completed, WELD * edge) if "parts" in target else None
+    passed = parts.passed if parts and parts.sheets.any() else None
+    vertices, triangles, repairs, tolerances = repair(vertices, triangles, edge, path, passed)
+    if passed:
+        triangles = alternating(vertices, triangles)
     planes, near = target.get("symmetry", []), halves.IN_PLANE * edge
     tolerances["warnings"] += halves.sentences(vertices, triangles, completed, planes, near)
     if mesh.get("remesh", True):
@@ -110,9 +117,8 @@ def load(path, target, mesh, radar, precision="double"):
     for kind in ("area", "volume"):  # meshes are held to the CAD surface
         if measures[kind] is not None:
             measures[kind] += tolerances[f"thinned_{kind}"]
-    return Source(
-        vertices, triangles, repairs, measures | {"raw": raw} | ({"completed": completed} if completed else {})
-    )
+    measures |= {"raw": raw} | ({"completed": completed} if completed else {})
+    return Source(vertices, triangles, repairs, measures, parts and parts.of(vertices, triangles, path))
 
 
 def _whole(half, source, edge, axes):
@@ -279,11 +285,15 @@ def write(path, settings, measures_path, source_path, mesh_paths):
     begin(path)
     say("read and repair the CAD file")
     source = load(path, **settings)
-    write_ply(source_path, source.vertices, source.triangles)
+    names = sorted(settings["target"].get("parts", {}))
+    write_ply(source_path, source.vertices, source.triangles, source.part, names)
     meshes, measures = build_bands(source, path, **settings)
     print(f"repairs: {counted(measures['repairs']) or 'none'}")
     for made, mesh_path, band in zip(meshes, mesh_paths, measures["bands"], strict=True):
-        write_ply(mesh_path, *made)
+        part = carried(source, made, measures["symmetry"], path) if names else None
+        write_ply(mesh_path, *made, part, names)
+        if names:
+            band["parts"] = dict(zip(names, np.bincount(part, minlength=len(names)).tolist(), strict=True))
         edge = f"{band['edge_wavelengths']['mean']:.3f} wavelengths at {band['frequencies']['last'] / 1e9:g} GHz"
         counts = f"{band['triangles']} triangles, {band['unknowns']} unknowns"
         print(f"{Path(mesh_path).name}: {counts}, mean edge {edge}")

@@ -33,14 +33,17 @@ page.live.explore = (data) => {
     const scale = (0.47 * mesh.height) / Math.max(...shown.mesh.vertices.map((vertex) => Math.hypot(...vertex)));
     context.setTransform(scale, 0, 0, -scale, mesh.width / 2, mesh.height / 2);
     Object.assign(context, { lineWidth: (0.4 * devicePixelRatio) / scale, strokeStyle: "rgba(29, 52, 70, 0.55)" });
-    const depth = ([a, b, c]) => a[2] + b[2] + c[2];
-    const triangles = seen(shown.mesh, radians(az + turn.across), radians(el + turn.up));
-    for (const [a, b, c] of triangles.sort((one, other) => depth(one) - depth(other))) {
+    const { part, colors } = shown.mesh; // of several parts
+    const triangles = seen(shown.mesh, radians(az + turn.across), radians(el + turn.up)).map((corners, n) => {
+      const [red, green, blue, opacity] = part ? colors[part[n]] : [...SURFACE, 1];
+      return { corners, color: [red, green, blue], opacity, depth: corners.reduce((sum, corner) => sum + corner[2], 0) };
+    });
+    for (const { corners: [a, b, c], color, opacity } of triangles.sort((one, other) => one.depth - other.depth)) {
       const [ux, uy, uz] = b.map((one, k) => one - a[k]), [vx, vy, vz] = c.map((one, k) => one - a[k]);
       const [nx, ny, nz] = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
       const lit = (Math.sign(nz) * (-0.35 * nx + 0.6 * ny + 0.72 * nz)) / (Math.hypot(nx, ny, nz) || 1);
       const shade = 0.45 + 0.65 * Math.min(Math.max(lit, 0), 1);
-      context.fillStyle = `rgb(${SURFACE.map((value) => value * shade).join()})`;
+      context.fillStyle = `rgba(${color.map((value) => value * shade).join()}, ${opacity})`;
       context.beginPath();
       for (const [right, up] of [a, b, c]) context.lineTo(right, up);
       context.closePath();

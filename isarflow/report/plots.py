@@ -4,11 +4,12 @@ import numpy as np
 import pandas as pd
 from matplotlib import colormaps
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
 from matplotlib.ticker import MaxNLocator
 
 from isarflow.imaging.outline import OUTLINE, outline
 from isarflow.mesh import topology
-from isarflow.report.layout import GREY, ON_DARK, ON_LIGHT, canvas, figure
+from isarflow.report.layout import GREY, ON_DARK, ON_LIGHT, PALETTE, canvas, figure
 from isarflow.report.vocabulary import F1, MEASURES, select, snr_axis
 
 # How a published statement is written, and the marker that stands for it.
@@ -23,6 +24,7 @@ COLUMNS, ACROSS = 4, 1.05  # images in a row; inches of one
 OBLIQUE = (-32.0, 28.0)  # azimuth and elevation of the eye in degrees: ahead, to the right of the nose, above
 TOP = (-90.0, 90.0)
 SIDE = (-90.0, 0.0)
+CLEAR = 0.35  # opacity of sheets
 SURFACE = np.array([0.62, 0.74, 0.86])  # light steel blue
 EDGE = "#1d3446"
 LIGHT = np.array([-0.35, 0.6, 0.72])  # from the eye's upper left: right, up, towards the eye
@@ -199,14 +201,27 @@ def project(points, azimuth, elevation):
     return points @ right, points @ up, points @ towards
 
 
+def paints(parts):
+    """Return the colours of a target's parts, {name: is it metal}, as red, green, blue and opacity, (P, 4)."""
+    colors = [to_rgb(PALETTE[number % len(PALETTE)]) for number in range(len(parts))]
+    return np.reshape(
+        [(*color, 1.0 if metal else CLEAR) for color, metal in zip(colors, parts.values(), strict=True)], (-1, 4)
+    )
+
+
 def draw_mesh(axes, vertices, triangles, view, edges=True, colors=SURFACE):
-    """Draw a mesh into axes with equal scales. colors: before shading, red, green and blue, or (triangles, 3)."""
+    """Draw a mesh into axes with equal scales.
+
+    colors: before shading, red, green and blue, or (triangles, 3), or (triangles, 4) with opacities.
+    """
     right, up, depth = project(vertices, *view)
     corners = np.stack([right, up], axis=-1)[triangles]
     order = np.argsort(depth[triangles].mean(axis=1), kind="stable")
     lit = np.stack(project(topology.shape(vertices[triangles])[0], *view), axis=1)
     lit *= np.where(lit[:, 2:] < 0, -1, 1)  # the side that faces the eye is the one that is lit
-    colors = np.clip(colors * (0.45 + 0.65 * np.clip(lit @ LIGHT, 0, 1)[:, None]), 0, 1)[order]
+    shade = np.ones((len(triangles), np.shape(colors)[-1]))
+    shade[:, :3] = 0.45 + 0.65 * np.clip(lit @ LIGHT, 0, 1)[:, None]
+    colors = np.clip(colors * shade, 0, 1)[order]
     # Scales are equal, so one of the two directions says how large a metre is drawn.
     size, paper = axes.get_position().size, axes.figure.get_size_inches()
     points = 72 * min(size * paper / [np.ptp(right), np.ptp(up)])

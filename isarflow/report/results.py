@@ -11,7 +11,8 @@ from isarflow.core.store import open_store
 from isarflow.core.sweep import images_are_made, snr_label
 from isarflow.imaging.geometry import PURE_NOISE
 from isarflow.learning.experiments import class_of, runs
-from isarflow.mesh.io import read_ply
+from isarflow.mesh.io import read_parts, read_ply
+from isarflow.mesh.parts import is_metal
 from isarflow.report.selection import KINDS, drawn, full_size, target_order
 from isarflow.report.thesis import DEFINITION
 from isarflow.report.vocabulary import PROTOCOLS, Names, select
@@ -109,6 +110,11 @@ class Results:
     def mesh(self, target, part):
         """Return vertices in m and triangles of a target's mesh in a band, or of its 'source'."""
         return read_ply(self.fields / "mesh" / f"{target}-{part}.ply")
+
+    def part(self, target, band):
+        """Return the part of each triangle of such a mesh, (T,), and {name: is it metal}; None and {} without parts."""
+        part, names = read_parts(self.fields / "mesh" / f"{target}-{band}.ply")
+        return part, {name: is_metal(self.settings["targets"][target]["parts"][name]) for name in names}
 
     def scattering(self, target):
         """Return the scattering store of a target, opened lazily."""

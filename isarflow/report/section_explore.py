@@ -10,7 +10,7 @@ from isarflow.core.sweep import C0, closes_circle
 from isarflow.imaging.geometry import imager_of, planned
 from isarflow.imaging.imagers.fourier import bilinear_weights, wavenumber_grid, window
 from isarflow.report.layout import Section
-from isarflow.report.plots import FLOOR_DB
+from isarflow.report.plots import FLOOR_DB, paints
 from isarflow.report.selection import evenly, noise_snrs
 
 PLACE, NEEDS = ("look", 1), "images_are_made"  # on the page, see page.py
@@ -77,9 +77,15 @@ def _field(results, target, polarizations, elevations):
 
 
 def _mesh(results, target):
-    """Return vertices in m and triangles of the finest mesh of a target that is not too fine, if any."""
+    """Return vertices in m and triangles of the finest mesh of a target that is not too fine, if any.
+
+    Of several parts also each triangle's, and the parts' colours: red, green, blue to 255, and opacity.
+    """
     for band in range(results.settings["mesh"]["bands"])[::-1] if target in results.meshed else ():
         vertices, triangles = results.mesh(target, band)
         if len(triangles) <= MOST_TRIANGLES:
-            return {"vertices": vertices.round(4).tolist(), "triangles": triangles.tolist()}
+            part, parts = results.part(target, band)
+            colors = (paints(parts) * [255, 255, 255, 1]).round(2).tolist()
+            of_parts = {"part": part.tolist(), "colors": colors} if parts else {}
+            return {"vertices": vertices.round(4).tolist(), "triangles": triangles.tolist()} | of_parts
     return None

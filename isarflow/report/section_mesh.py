@@ -4,12 +4,13 @@ import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.colors import Normalize
+from matplotlib.patches import Patch
 
 from isarflow.core.words import counted, several
 from isarflow.mesh import topology
 from isarflow.mesh.table import table_of_bands
 from isarflow.report.layout import BLACK, PALETTE, Section, canvas, figure, table
-from isarflow.report.plots import OBLIQUE, SIDE, TOP, draw_mesh
+from isarflow.report.plots import OBLIQUE, SIDE, TOP, draw_mesh, paints
 from isarflow.report.selection import evenly, in_full
 
 PLACE, NEEDS = ("fields", 1), "targets"  # on the page, see page.py
@@ -36,15 +37,22 @@ def section(results):
 def picture(results, target):
     """Draw the finest mesh of a target in three views: obliquely, from above and from the side."""
     vertices, triangles = results.surfaces[target]
+    part, parts = results.part(target, results.finest)
+    colors = {"colors": paints(parts)[part]} if parts else {}
     drawing = canvas(5.4, 3.7)
     panels = drawing.subplot_mosaic([["oblique", "oblique"], ["top", "side"]], height_ratios=[3, 2])
+    if parts:
+        patches = [Patch(color=color, label=name) for name, color in zip(parts, paints(parts), strict=True)]
+        drawing.legend(handles=patches, loc="outside left upper")
     drawing.draw_without_rendering()
-    draw_mesh(panels["oblique"], vertices, triangles, OBLIQUE)
+    draw_mesh(panels["oblique"], vertices, triangles, OBLIQUE, **colors)
     panels["oblique"].set_axis_off()
     for name, view, up in (("top", TOP, "y"), ("side", SIDE, "z")):
-        draw_mesh(panels[name], vertices, triangles, view)
+        draw_mesh(panels[name], vertices, triangles, view, **colors)
         panels[name].set(xlabel="x [m]", ylabel=f"{up} [m]")
     caption = f"{target}: the finest mesh, seen obliquely, from above (x to the nose) and from the side."
+    if parts:
+        caption += " Each part has a colour; one can see through sheets."
     return figure(f"mesh_{target}", drawing, table_of_bands(target, results.meshes[target]), caption)
 
 

@@ -55,6 +55,9 @@ def _origin(name, attrs, solved):
     if "material" in attrs:
         what = "solid" if is_solid(attrs["material"]) else "a sheet of"
         words.insert(1, f"{what} {described(attrs['material'])}")
+    for part, own in sorted(attrs.get("parts", {}).items(), reverse=True):
+        made = f"a sheet of {described(own['material'])}" if "material" in own else "metal"
+        words.insert(1, f"{part}: {made}")
     if residuals:
         words.append(f"largest relative residual {number(max(residuals), 2)}")
     return f"{name}: {', '.join(words)}."

@@ -8,7 +8,7 @@ from tqdm import tqdm
 
 from isarflow.core.errors import InputError
 from isarflow.mesh import topology
-from isarflow.mesh.io import read_ply
+from isarflow.mesh.io import read_parts, read_ply
 from isarflow.scattering import needs
 from isarflow.scattering.fields.store import versions, write_field
 from isarflow.scattering.solver import build_solver, check_solution
@@ -21,6 +21,7 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
     Raises InputError, with the target's name, if the mesh cannot be solved as the config asks.
     """
     vertices, triangles = read_ply(mesh_path)
+    of_parts = {"part": read_parts(mesh_path)[0]} if "parts" in scattering else {}  # their order is that of their names
     frequency, unknowns = sweep.frequency, topology.unknowns(triangles)
     measures = {"unknowns": unknowns, "triangles": len(triangles), "box": np.ptp(vertices, axis=0)}
     print(
@@ -34,7 +35,9 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
             planned = needs.need(measures, len(symmetry), sweep, scattering)
             needs.check_memory(planned["megabytes"], needs.currents(scattering) * unknowns, frequency[-1])
             progress = partial(_show, bar, frequency)
-            solution = build_solver(scattering).solve(vertices, triangles, sweep, symmetry, threads, progress)
+            solution = build_solver(scattering).solve(
+                vertices, triangles, sweep, symmetry, threads, progress, **of_parts
+            )
         except InputError as error:
             raise InputError(f"config key 'targets.{target}': {error}") from None
     check_solution(solution, sweep, scattering["solver"])

@@ -42,21 +42,24 @@ def check_tolerance(tolerance, formulation, precision):
         raise InputError("'tolerance': matrices are compressed for the EFIE in single precision alone; write None.")
 
 
-def checked_impedance(impedance, count, formulation):
-    """Return the impedance of a sheet at each of `count` frequencies, (count,) complex, ohm a square.
+def checked_impedance(impedance, shape, formulation):
+    """Return the impedance of a sheet, ohm a square, complex: of `shape`, that of (frequencies, triangles).
 
     Raises InputError for one that is none, that gives power, or that is not 0 with the CFIE.
     """
     array = _array("impedance", impedance)
-    if array.dtype.kind not in "iufc" or array.shape not in ((), (count,)) or not np.isfinite(array).all():
-        raise InputError(f"'impedance' is a finite number, or one for each of {count} frequencies, not {impedance!r}.")
+    if array.dtype.kind not in "iufc" or array.shape not in ((), shape[:1], shape) or not np.isfinite(array).all():
+        each = "one for each of {} frequencies, or of {} frequencies and {} triangles".format(shape[0], *shape)
+        said = repr(impedance) if array.size < 9 else _shown(array)
+        raise InputError(f"'impedance' is a finite number, or {each}, not {said}.")
     if array.real.min() < 0:
         raise InputError(
             f"'impedance': {array.real.min():g} ohm; a sheet that takes power has a real part of 0 or more."
         )
     if formulation != "efie" and array.any():
         raise InputError("'impedance': sheets are solved by 'formulation' efie alone.")
-    return np.broadcast_to(array.astype(complex), (count,))
+    array = array.astype(complex)
+    return np.broadcast_to(array[:, None] if array.ndim == 1 else array, shape)
 
 
 def checked_permittivity(permittivity, count, impedance, formulation):

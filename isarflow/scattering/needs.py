@@ -8,7 +8,8 @@ from pathlib import Path
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import sweeps
 from isarflow.mesh.measures import ideal_unknowns
-from isarflow.mesh.read.target import states_unit
+from isarflow.mesh.parts import is_metal
+from isarflow.mesh.read.target import cad_of, files_of, states_unit
 from isarflow.mesh.resolution import COARSEST, wanted_edges
 from isarflow.scattering.machine import slowness
 from isarflow.scattering.materials import equation, index, is_solid
@@ -24,9 +25,17 @@ SURE_MEMORY = 0.8
 
 
 def method(config, target):
-    """Settings of a target's solve: the config's scattering settings, with the target's own, and its `material`."""
+    """Settings of a target's solve: the config's scattering settings, with the target's own, and its `material`.
+
+    Of `parts` of which one is not metal: their materials, {name: {material: ...} or {}}.
+    """
     target_settings = config["targets"][target]
     own = {key: target_settings[key] for key in (*OWN, "material") if key in target_settings}
+    parts = target_settings.get("parts", {})
+    if not all(map(is_metal, parts.values())):
+        own["parts"] = {
+            name: {key: part[key] for key in ("material",) if key in part} for name, part in sorted(parts.items())
+        }
     return config["scattering"] | own
 
 
@@ -122,11 +131,11 @@ def check_fit(config, name, size):
     top = sweep.frequency[-1] / 1e9  # GHz
     density = floor(10 * 0.99 * ratio * config["mesh"]["edges_per_wavelength"]) / 10
     inexact = " (below 8 the field is inexact)" if density < 8 else ""
-    is_sure = "mesh" not in target or states_unit(target["mesh"]) or "length" in target
+    is_sure = all(map(states_unit, files_of(target))) or "length" in target
     by_unit = "" if is_sure else f", if its numbers are {target.get('unit', 'm')}; see its 'unit'"
     coarser = f", or with 'mesh.edges_per_wavelength: {density:g}'{inexact}"
     raise InputError(
-        f"config key 'targets.{name}': {target['mesh']} would need about {solve['unknowns']:,.0f} unknowns and "
+        f"config key 'targets.{name}': {cad_of(target)} would need about {solve['unknowns']:,.0f} unknowns and "
         f"{solve['megabytes'] / 1000:,.1f} GB at {top:g} GHz, but this machine has {memory / 1000:,.1f} GB. It would "
         f"fit up to {0.99 * ratio * top:.3g} GHz{coarser if density >= COARSEST else ''}; a mirror plane in the "
         f"target's 'symmetry' halves the need. It is {max(box):.4g} m long{by_unit}."

@@ -61,7 +61,7 @@ def solve(
     impedance: complex | Sequence[complex] | np.ndarray = 0.0,
     permittivity: complex | Sequence[complex] | np.ndarray | None = None,
 ) -> Solution:
-    """Solve a perfectly conducting mesh, a thin sheet or a dielectric body for its scattering amplitude f.
+    """Solve a mesh for its scattering amplitude f: a perfect conductor, a thin sheet, or both in one, or a solid body.
 
     The radar cross-section is 4 pi abs(f)^2; see `farfield` for signs and references.
 
@@ -81,7 +81,8 @@ def solve(
             (efie and single precision; see `cross` and `lowrank`)
         paired: True for directions one by one, elevation and azimuth (D,) each
         receivers: elevation and azimuth, (R,) each, of separate receivers; () for backscatter
-        impedance: of a thin sheet, ohm a square, one or (F,) (efie alone; see `materials`); 0 is a perfect conductor
+        impedance: of a thin sheet, ohm a square, one, (F,), or (F, T) for each triangle (efie alone; see `materials`);
+            0 is a perfect conductor
         permittivity: of a solid dielectric body that the mesh bounds, relative, one or (F,), of a negative imaginary
             part where there are losses; edges of a tenth of the wavelength in it (see `dielectric`); None for none
 
@@ -108,20 +109,22 @@ def solve(
     # The check makes arrays of lists.
     sweep = Sweep(frequencies, elevation, azimuth, polarizations, paired, receivers)  # type: ignore[arg-type]
     sweep = checks.checked_sweep(sweep)
-    materials, index = checks.checked_impedance(impedance, len(sweep.frequency), formulation), 1.0
-    solid = permittivity is not None
+    check_words("symmetry", symmetry, AXES)
+    vertices, triangles = checks.checked_mesh(vertices, triangles)
+    shape, index = (len(sweep.frequency), len(triangles)), 1.0
+    materials, solid = checks.checked_impedance(impedance, shape, formulation), permittivity is not None
     kinds: tuple[type, type] = (Entries, Excitation)
     if solid:
-        materials = checks.checked_permittivity(permittivity, len(sweep.frequency), impedance, formulation)
+        materials = checks.checked_permittivity(permittivity, shape[0], impedance, formulation)
         formulation, kinds = "pmchwt", (dielectric.Entries, dielectric.Excitation)
         index = max(1.0, abs(materials).max() ** 0.5)
     checks.check_tolerance(tolerance, formulation, precision)
     operator, dtype = OPERATORS[formulation], DTYPES[precision]
-    check_words("symmetry", symmetry, AXES)
-    vertices, triangles = checks.checked_mesh(vertices, triangles)
     if formulation in topology.CLOSED:
         topology.check_closed(vertices, triangles, formulation)
-    surface = fundamental_domain(vertices, triangles, symmetry)
+    surface = fundamental_domain(vertices, triangles, symmetry, None if solid else materials)
+    if not solid:
+        materials = materials[:, surface.numbers]
     bases = dielectric.bases(surface) if solid else [rwg(surface, parity) for parity in surface.parities]
     unknowns = sum(map(len, bases))
     if unknowns == 0:

@@ -36,8 +36,10 @@ class FieldSolver:
 
     settings: the config's scattering settings, with the target's own, as the solver states them in SETTINGS, a mapping
     of each to its JSON schema (type, bounds, description; literals, as the file is read for them and not run).
-    sheets, solids: whether it solves thin sheets, and solid bodies, of a `material`, which is then among the settings
-    (see `materials`).
+    sheets: whether it solves targets that are thin sheets of a `material`, which is then among the settings (see
+    `materials`), and of several parts, if one is not metal: the settings then have `parts`, {name: {material: ...} or
+    {}}, and `solve` gets `part` by keyword, (T,), each triangle's number of a part in their order. solids: whether it
+    solves solid bodies of a `material`.
     """
 
     sheets = False

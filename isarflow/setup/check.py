@@ -173,25 +173,28 @@ def _of_names(key, names):
 def _of_files(name, target, config):
     """Check the files that a target names: where they are, their formats, and what they are for."""
     results = Path("results", config["name"])
-    for what in (what for what in FORMATS if what in target):
-        key, written = f"'targets.{name}.{what}'", results if what == "reference" else of_fields(results, config)
-        for path in map(Path, field_files.paths(target[what])):
+    said = [(what, f"targets.{name}.{what}", target[what]) for what in FORMATS if what in target]
+    parts = target.get("parts", {}).items()
+    said += [("mesh", f"targets.{name}.parts.{part}.mesh", own["mesh"]) for part, own in parts]
+    for what, where, files in said:
+        key, written = f"'{where}'", results if what == "reference" else of_fields(results, config)
+        for path in map(Path, field_files.paths(files)):
             suffix, kind = path.suffix.lower(), "store" if path.suffix.lower() == ".zarr" else "file"
             if suffix not in FORMATS[what]:
                 yield f"{key}: {path} is not one of {', '.join(FORMATS[what])}."
-            if suffix in ALONE and not isinstance(target[what], str):
+            if suffix in ALONE and not isinstance(files, str):
                 yield f"{key}: {path} is named alone; it holds all polarizations."
             # Neither asks more of a path that is too long, or in a folder that may not be read.
             if not (os.path.isdir(path) if kind == "store" else os.path.isfile(path)):
                 yield f"{key}: there is no {kind} {path}{WHERE}."
             if path.resolve().is_relative_to(written.resolve()):
                 yield f"{key}: {path} lies in {written}, where this run writes; copy it elsewhere."
-    mesh, field, reference = (target.get(what, "") for what in FORMATS)
-    if Path(mesh).suffix.lower() in cad_kernel.FORMATS:
-        cad_kernel.check_installed(f"config key 'targets.{name}.mesh': {mesh}")
-        if "unit" in target:
-            why = "states its own unit; leave 'unit' out. If that is wrong, export the file anew"
-            yield f"'targets.{name}.unit': {mesh} {why}."
+        if what == "mesh" and suffix in cad_kernel.FORMATS:
+            cad_kernel.check_installed(f"config key {key}: {files}")
+            if "unit" in target:
+                why = "states its own unit; leave 'unit' out. If that is wrong, export the file anew"
+                yield f"'targets.{name}.unit': {files} {why}."
+    field, reference = (target.get(what, "") for what in ("field", "reference"))
     waves = config["radar"]["polarizations"]
     if field and not field_files.is_store(field) and (why := refusal(field_files.by_transmission, field, waves)):
         yield f"'targets.{name}.field': {why}"

@@ -8,7 +8,7 @@ from isarflow.core.words import counted
 from isarflow.mesh import symmetry, topology
 from isarflow.mesh.build import load
 from isarflow.mesh.ground import Ground, from_mirror_image
-from isarflow.mesh.read.target import UNITS, cad_of, read_target, states_unit
+from isarflow.mesh.read.target import UNITS, cad_of, files_of, read_target, states_unit
 from isarflow.mesh.resolution import wanted_edges
 from isarflow.scattering import materials, needs
 
@@ -65,7 +65,7 @@ def _sizes(vertices, triangles, target):
     """The box of a target in metres, and its size if the file were in other units."""
     box = np.ptp(vertices, axis=0)
     lines = [f"  size {_box(box)} m, {len(triangles):,} triangles"]
-    if "mesh" in target and not states_unit(target["mesh"]) and "unit" not in target and "length" not in target:
+    if not all(map(states_unit, files_of(target))) and "unit" not in target and "length" not in target:
         others = [f"{_box(box * metres)} m if its numbers are {unit}" for unit, metres in UNITS.items() if unit != "m"]
         lines.append(f"  taken as m; {'; '.join(others)}")
     return lines

@@ -18,13 +18,29 @@ def written_out(targets, read):
     read: the function that reads a config's file.
     Raises InputError for a name that config/materials.yaml does not have, and for numbers there that are none.
     """
-    written = {name: _written_out(("targets", name, "material"), target, read) for name, target in targets.items()}
-    return {name: target | written[name] for name, target in targets.items()}
+    written = {}
+    for name, target in targets.items():
+        written[name] = target | _written_out(("targets", name, "material"), target, read)
+        if "parts" in target:
+            written[name]["parts"] = {
+                part: own | _written_out(("targets", name, "parts", part, "material"), own, read)
+                for part, own in target["parts"].items()
+            }
+    return written
 
 
-def _written_out(path, target, read):
-    """A target's `material` with its numbers, a mapping of that key alone; {} where what the target says is whole."""
-    said = target.get("material", {})
+def _of_all(targets):
+    """Yield all materials of a config's targets and of their parts: the target's name, the key, and the material."""
+    for name, target in targets.items():
+        parts = {f".parts.{part}": own for part, own in target.get("parts", {}).items()}
+        for where, own in ({"": target} | parts).items():
+            if "material" in own:
+                yield name, f"targets.{name}{where}.material", own["material"]
+
+
+def _written_out(path, own, read):
+    """The `material` of a target or a part with its numbers, a mapping of that key alone; {} where it says all."""
+    said = own.get("material", {})
     said = {"name": said} if isinstance(said, str) else said
     if "name" not in said:
         return {}
@@ -41,11 +57,11 @@ def _written_out(path, target, read):
 def problems(config):
     """Yield sentences, beginning with the key, that say what is wrong with the materials of a config's targets."""
     solver = config["scattering"]["solver"]
-    for name, target in config["targets"].items():
-        if "material" not in target:
-            continue
-        key, material = f"targets.{name}.material", target["material"]
+    for name, key, material in _of_all(config["targets"]):
         is_metal, body = material.get("resistance") == 0, is_solid(material)  # metal is what all solve
+        if body and "parts" in config["targets"][name]:
+            yield f"'{key}.thickness' is missing: a solid body stands alone, without other parts."
+            continue
         if not is_metal and not (stated := kind(SOLVERS, solver).stated).get("solids" if body else "sheets", False):
             alone = "thin sheets" if stated.get("sheets", False) else "perfect conductors"
             yield f"'{key}': the solver '{solver}' has {alone} alone; take mom, or leave it out."

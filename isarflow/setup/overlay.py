@@ -89,7 +89,7 @@ def _is_another(base, target):
     kind = target["family"].get("kind") if isinstance(target.get("family"), dict) else None
     if kind and kind != base.get("family", {}).get("kind"):
         return True
-    return any(target[form] != base.get(form) for form in ("mesh", "field") if form in target)
+    return any(target[form] != base.get(form) for form in ("mesh", "parts", "field") if form in target)
 
 
 def _remove(merged, base, name, key):

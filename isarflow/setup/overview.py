@@ -1,7 +1,6 @@
 """State in numbers, before anything runs, what a config will make."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 
@@ -12,8 +11,8 @@ from isarflow.imaging.geometry import describe, planned
 from isarflow.learning.caveats import LEARNING, warnings
 from isarflow.mesh import families, measures, symmetry, topology
 from isarflow.mesh.ground import from_mirror_image
-from isarflow.mesh.read import cad_kernel, halves
-from isarflow.mesh.read.target import cad_of, check_size, in_metres, in_plane, read_target
+from isarflow.mesh.read import halves
+from isarflow.mesh.read.target import cad_of, check_size, files_of, in_metres, in_plane, read_target, states_unit
 from isarflow.mesh.resolution import check_resolution
 from isarflow.scattering import needs
 from isarflow.scattering.fields import field_files
@@ -45,7 +44,7 @@ def overview(config, results, refuse=False, seeds=1):
                 check_polarizations(target["field"], config["radar"]["polarizations"])
         except InputError as error:
             if refuse:
-                key = next(key for key in ("mesh", "field", "family") if key in target)
+                key = next(key for key in ("mesh", "parts", "field", "family") if key in target)
                 raise InputError(f"config key 'targets.{name}.{key}': {error}") from None
             sizes[name] = None
             lines.append(f"Warning: {name}: {error}")
@@ -146,16 +145,17 @@ def _size(config, name, mesh_json):
         return None
     if "family" in target:
         return _size_of_model(config, target, mesh, mesh_json)
-    if Path(target["mesh"]).suffix.lower() in cad_kernel.FORMATS:  # they take long to read
+    if any(map(states_unit, files_of(target))):  # they take long to read
         return json.loads(mesh_json.read_text())["source"] if mesh_json.exists() else None
-    vertices, triangles, completed = read_target(target["mesh"], target, mesh, config["radar"])
+    label = cad_of(target)
+    vertices, triangles, completed = read_target(label, target, mesh, config["radar"])
     vertices, triangles = topology.compact(vertices, triangles)
-    check_size(vertices, target, mesh, config["radar"], target["mesh"], needs.precision(config))
+    check_size(vertices, target, mesh, config["radar"], label, needs.precision(config))
     if len(triangles) <= LOOKED_AT and _is_doubtful(config, name, vertices, triangles):
         from isarflow.mesh.build import load  # with MeshLab, which takes long to load
         from isarflow.setup.checkup import check_formulation
 
-        check_formulation(config, name, load(target["mesh"], target, mesh, config["radar"]))
+        check_formulation(config, name, load(label, target, mesh, config["radar"]))
     near, planes = in_plane(vertices, triangles, mesh, config["radar"]), target.get("symmetry", [])
     halved = [*halves.sentences(vertices, triangles, completed, planes, near)]
     return measures.size(vertices, triangles) | {"halves": halved}

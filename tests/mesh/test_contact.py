@@ -267,7 +267,7 @@ def test_closed_solids_stay_closed_or_are_refused(monkeypatch):
     one = together(cube(SIDE), moved(cube(SIDE), 0.1, 0.07, 0.05))
     hidden = arrange.hidden
 
-    def one_more(vertices, triangles):
+    def one_more(vertices, triangles, passed):
         shut = hidden(vertices, triangles)
         shut[np.flatnonzero(~shut)[0]] = True
         return shut

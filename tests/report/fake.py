@@ -127,7 +127,9 @@ def _mesh(folder, name, settings):
     source |= {"thinned_by": 0.0, "thinned_area": 0.0, "thinned_volume": 0.0}
     write_ply(folder / f"{name}-source.ply", vertices, triangles)
     for number, band in enumerate(sweep.bands(settings["radar"], settings["mesh"]["bands"])):
-        write_ply(folder / f"{name}-{number}.ply", vertices, triangles)
+        parts = sorted(settings["targets"][name].get("parts", {}))
+        part = np.arange(len(triangles)) % len(parts) if parts else None
+        write_ply(folder / f"{name}-{number}.ply", vertices, triangles, part, parts)
         wavelength, apart = sweep.C0 / band[-1], ((0.0, vertices[0]),) * 2
         measures = describe((vertices, triangles), source, apart, wavelength, wavelength / 10)
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
@@ -149,7 +151,7 @@ def _scattering(path, name, settings, elevation, azimuth):
     if origin is None:
         residual = [1e-6 * (n + 1) for n in range(len(frequency))]
         attrs = {"formulation": "efie", "unknowns": [792] * len(frequency), "residual": residual}
-        attrs |= {key: value for key, value in settings["targets"][name].items() if key == "material"}
+        attrs |= {key: value for key, value in settings["targets"][name].items() if key in ("material", "parts")}
     write_field(path, field, polarizations, frequency, elevation, azimuth, attrs)
 
 

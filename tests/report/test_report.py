@@ -1,5 +1,6 @@
 """The page is made from results in every shape that a config allows, is whole, and asks nothing of a network."""
 
+import json
 import re
 
 import fake
@@ -7,7 +8,7 @@ import fake_learning
 import matplotlib
 import pandas as pd
 import pytest
-from pages import check_whole
+from pages import check_whole, unpacked
 
 from isarflow.report import section_headline, section_learning, section_open
 from isarflow.report.page import write_report
@@ -101,7 +102,9 @@ def test_one_frequency_shows_meshes_and_rcs_only(tmp_path):
 @pytest.mark.parametrize("given", [["ufo"], ["drone", "missile", "ufo"]])
 def test_targets_given_by_their_field_have_no_mesh(tmp_path, few_pictures, given):
     settings = fake.changed([])
-    settings["targets"]["drone"]["material"] = {"name": "abs", "permittivity": 2.7, "thickness": 0.0015}
+    plastic = {"material": {"name": "abs", "permittivity": 2.7, "thickness": 0.0015}}
+    settings["targets"]["drone"] |= plastic
+    settings["targets"]["missile"]["parts"] = {"body": {}, "nose": plastic}
     for name in given:
         settings["targets"][name] = {"role": settings["targets"][name]["role"], "field": f"<{name}>.ffe"}
     report = fake.write(tmp_path / "fake", settings)
@@ -112,10 +115,14 @@ def test_targets_given_by_their_field_have_no_mesh(tmp_path, few_pictures, given
     assert f"No mesh: {', '.join(given)}, given by the field alone." in page.words
     assert ("Each target has one mesh per frequency band" in page.words) == bool(meshed)
     assert ("The method of moments gives" in page.words) == bool(meshed)
+    assert ("Each part has a colour; one can see through sheets" in page.words) == ("missile" in meshed)
+    viewed = json.loads(unpacked(report / "index.html")["explore.json"])["targets"]
+    assert {one["name"] for one in viewed if "part" in (one["mesh"] or {})} == meshed & {"missile"}
     for name in settings["targets"]:
         text = f"field of {name} was not solved here; it comes from <{name}>.ffe (SHA-256 0123456789ab…)"
-        plastic = "a sheet of abs (permittivity 2.7, thickness 0.0015 m), " if name == "drone" else ""
-        solved = f"{name}: EFIE, {plastic}792 unknowns" in page.words
+        plastic = "a sheet of abs (permittivity 2.7, thickness 0.0015 m), "
+        made = {"drone": plastic, "missile": f"body: metal, nose: {plastic}"}.get(name, "")
+        solved = f"{name}: EFIE, {made}792 unknowns" in page.words
         assert (text in page.words, solved) == (name in given, name in meshed)
     assert page.words.count("given by its field") == len(given)
     drawn = {name for name in page.figures if name.startswith(("mesh_", "bands_"))}

@@ -13,40 +13,55 @@ from isarflow.scattering.sphere import backscatter, coefficients, icosphere, ord
 __all__ = ["backscatter", "bistatic", "icosphere", "layer", "sheet", "solid", "to_source"]
 
 
-def sheet(x, impedance):
-    """`coefficients` of a spherical sheet of size x; impedance: divided by that of vacuum.
+def sheet(x, impedance, core=None):
+    """`coefficients` of a spherical sheet of size x; impedance: divided by that of vacuum; core: as of `_within`.
 
-    The tangential E of an electric wave is psi' - a zeta' outside and c psi' inside, that of H psi - a zeta and c psi.
-    E is continuous, and the jump of H is the current E / Z; with psi zeta' - psi' zeta = -j that is a (Z / eta + psi'
-    zeta') = psi'^2. In a magnetic wave E and H change places: b (Z / eta + psi zeta) = psi^2.
+    The tangential E of an electric wave is psi' - a zeta' outside and c u' inside, that of H psi - a zeta and c u with
+    u = psi - q zeta. E is continuous, and the jump of H is the current E / Z; with psi zeta' - psi' zeta = -j that is
+    a (Z / eta + u' zeta') = u' psi' + q Z / eta. In a magnetic wave E and H change places: b (Z / eta + u zeta) = u psi
+    + q Z / eta.
     """
     n = orders(x)
     psi, d_psi, chi, d_chi = _riccati(n, x)
     zeta, d_zeta = psi - 1j * chi, d_psi - 1j * d_chi
-    return n, d_psi**2 / (impedance + d_psi * d_zeta), psi**2 / (impedance + psi * zeta)
+    (q, _, d_u), (p, u, _) = _within(n, x, core)
+    electric = (d_u * d_psi + q * impedance) / (impedance + d_u * d_zeta)
+    return n, electric, (u * psi + p * impedance) / (impedance + u * zeta)
 
 
-def layer(x, permittivity, thickness):
-    """`coefficients` of a hollow dielectric shell about the size x, from x - thickness / 2 to x + thickness / 2.
+def _within(n, x, core):
+    """What a metal ball of size `core`, None for none, scatters, q, and u = psi - q zeta and u' at x; both waves."""
+    psi, d_psi, chi, d_chi = _riccati(n, x)
+    electric = magnetic = np.zeros(len(n))
+    if core is not None:
+        own, d_own, other, d_other = _riccati(n, core)
+        electric, magnetic = d_own / (d_own - 1j * d_other), own / (own - 1j * other)
+    return [(q, psi - q * (psi - 1j * chi), d_psi - q * (d_psi - 1j * d_chi)) for q in (electric, magnetic)]
 
-    permittivity: relative, complex, of a loss that lets waves through k radius of it; thickness: times k. At its faces
-    the radial part f of an electric wave and f' / eps_r are continuous, and f and f' of a magnetic one.
+
+def layer(x, permittivity, thickness, core=None):
+    """`coefficients` of a dielectric shell about the size x, from x - thickness / 2 to x + thickness / 2.
+
+    permittivity: relative, complex, of a loss that lets waves through k radius of it; thickness: times k; core: as of
+    `_within`. At its faces the radial part f of an electric wave and f' / eps_r are continuous, and f and f' of a
+    magnetic one.
     """
     n, inside, outside, index = orders(x), x - thickness / 2, x + thickness / 2, np.sqrt(complex(permittivity))
-    psi, d_psi, _, _ = _riccati(n, inside)
+    of_electric, of_magnetic = _within(n, inside, core)
     inner_psi, inner_d_psi, inner_chi, inner_d_chi = _riccati(n, index * inside)
     outer_psi, outer_d_psi, outer_chi, outer_d_chi = _riccati(n, index * outside)
     incident, d_incident, chi, d_chi = _riccati(n, outside)
     outgoing, d_outgoing = incident - 1j * chi, d_incident - 1j * d_chi
 
-    def outer(weight):
+    def outer(weight, within):
+        _, psi, d_psi = within
         # f = A psi + B chi in the shell; psi chi' - psi' chi = 1.
         slope = weight * d_psi / index
         a, b = psi * inner_d_chi - slope * inner_chi, slope * inner_psi - psi * inner_d_psi
         f, d_f = weight * (a * outer_psi + b * outer_chi), index * (a * outer_d_psi + b * outer_d_chi)
         return (f * d_incident - d_f * incident) / (f * d_outgoing - d_f * outgoing)
 
-    return n, outer(permittivity), outer(1.0)
+    return n, outer(permittivity, of_electric), outer(1.0, of_magnetic)
 
 
 def solid(x, permittivity):

@@ -107,6 +107,7 @@ SWEEPS = {
     "precision": ({"precision": "half"}, "'precision': 'half' is none of single, double"),
     "tolerance": ({"tolerance": np.nan}, "'tolerance' is a number between 0 and 1"),
     "impedance": ({"impedance": [1.0, 2.0]}, "'impedance' is a finite number, or one for each of 1 frequencies"),
+    "impedances of triangles": ({"impedance": np.ones((1, 9))}, "1 frequencies and .* triangles, not float64 of shape"),
     "impedance that is none": ({"impedance": np.inf}, "'impedance' is a finite number"),
     "impedance that gives power": ({"impedance": -1 + 5j}, "'impedance': -1 ohm; .* a real part of 0 or more"),
     "impedance by cfie": ({"impedance": 5.0, "formulation": "cfie"}, "'impedance': .* 'formulation' efie alone"),

@@ -43,6 +43,16 @@ def test_a_material_has_its_numbers_written_out():
     assert load(of_material("space_cloth"))["targets"]["a"]["material"]["resistance"] == 376.73
 
 
+def test_parts_have_materials_of_their_own():
+    config = load(of_parts(shell={**ABS, "mesh": DRONE}, motors={"mesh": DRONE}, wires={"mesh": DRONE}))
+    shell = {"name": "abs", "permittivity": 2.7, "loss_tangent": 0.008, "thickness": 0.0015}
+    assert method(config, "a")["parts"] == {"motors": {}, "shell": {"material": shell}, "wires": {}}
+    assert config["targets"]["a"]["parts"]["shell"] == {"mesh": DRONE, "material": shell}
+    # Of metal alone they are solved as one mesh is, by every solver.
+    metal = {"a": {"mesh": DRONE, "material": "pec"}, "b": {"mesh": DRONE}}
+    assert "parts" not in method(load({**of_parts(**metal), "scattering": {"solver": "po"}}), "a")
+
+
 def test_a_material_s_numbers_are_checked_in_its_file_too(tmp_path, monkeypatch):
     (tmp_path / "materials.yaml").write_text("foam: {permittivity: 0.9, loss_tangent: 0}")
     monkeypatch.setattr("isarflow.setup.materials.CATALOGUE", tmp_path / "materials.yaml")
@@ -93,6 +103,13 @@ def test_section_does_not_depend_on_order():
 def one_experiment(elevation="all", snr_db="clean", models=("lr",), **more):
     experiment = {"train": {"elevation": elevation, "snr_db": snr_db}, "models": list(models), **more}
     return {"learning": {"experiments": {"e": experiment}}}
+
+
+DRONE, ABS = "resources/cad/drone.stl", {"material": {"name": "abs", "thickness": 0.0015}}
+
+
+def of_parts(**parts):
+    return {"targets": {"a": {"role": "other", "parts": parts}}}
 
 
 def of_material(material):
@@ -215,6 +232,39 @@ BAD = {
         of_material({"name": "abs", "thickness": 0.01}),
         "targets.a.material.thickness",
         "10 mm is more than a tenth of the wavelength in it at 3.525 GHz",
+    ),
+    "a part's material": (
+        of_parts(b={"mesh": DRONE, "material": "abs_"}),
+        "targets.a.parts.b.material",
+        "did you mean 'abs'?",
+    ),
+    "a part's gain": (
+        of_parts(b={"mesh": DRONE, "material": {"name": "abs", "loss_tangent": -1}}),
+        "targets.a.parts.b.material.loss_tangent",
+        "gives power",
+    ),
+    "a part's wall": (of_parts(b={"mesh": DRONE, "material": "abs"}), "targets.a.parts.b.material.thickness", "solid"),
+    "a part's file": (of_parts(b={"mesh": "no.stl"}), "targets.a.parts.b.mesh", "there is no file no.stl"),
+    "no parts": (of_parts(), "targets.a.parts", "the CAD files of a target of several parts"),
+    "a part by cfie": (
+        {"scattering": {"formulation": "cfie"}, **of_parts(b={"mesh": DRONE, **ABS})},
+        "targets.a.parts.b.material",
+        "'formulation: efie' alone",
+    ),
+    "a part by physical optics": (
+        {"scattering": {"solver": "po"}, **of_parts(b={"mesh": DRONE, **ABS})},
+        "targets.a.parts.b.material",
+        "perfect conductors alone",
+    ),
+    "parts of a material": (
+        {"targets": {"a": {"role": "other", "material": "pec", "parts": {"b": {"mesh": DRONE}}}}},
+        "targets.a.material",
+        "each of the 'parts' has its own",
+    ),
+    "parts beside a mesh": (
+        {"targets": {"a": {"role": "other", "mesh": DRONE, "parts": {"b": {"mesh": DRONE}}}}},
+        "targets.a.parts",
+        "one of 'mesh'",
     ),
     "material by cfie": (
         {"scattering": {"formulation": "cfie"}, **of_material({"resistance": 377})},

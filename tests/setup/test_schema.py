@@ -14,7 +14,7 @@ from isarflow.setup.schema import check_schema, schema
 from isarflow.setup.yaml_file import read_yaml
 
 # Of mappings of names that the user gives, one that the default config, or OPTIONAL, has.
-NAMED = {"targets": "drone", "models": "knn", "experiments": "fcnn_open", "vary": "arm"}
+NAMED = {"targets": "drone", "models": "knn", "experiments": "fcnn_open", "vary": "arm", "parts": "shell"}
 # Of mappings that the default config has not, one that is right.
 OPTIONAL = {
     "great_circle": {"from": [0, 0], "through": [90, 0], "angle": {"count": 4}},
@@ -24,6 +24,7 @@ OPTIONAL = {
     "family": {"kind": "quadcopter", "count": 1, "seed": 0},
     "vary": {"arm": [0.02, 0.022]},
     "material": {"resistance": 377},
+    "parts": {"shell": {"mesh": "resources/cad/drone.stl"}},
 }
 WRONG = ("?!", -1e40, float("nan"), None, [{}])  # right for no key
 
@@ -61,7 +62,7 @@ def refused(config, path, edit):
     """The message for a full config after `edit` was called with the mapping that holds the key."""
     config = copy.deepcopy(config)
     holder = config
-    if "family" in path[:-1]:
+    if {"family", "parts"} & {*path[:-1]}:
         del config["targets"]["drone"]["mesh"]
     for key in path[:-1]:
         holder = holder.setdefault(key, copy.deepcopy(OPTIONAL.get(key)))

@@ -30,7 +30,8 @@ from isarflow.core.kinds import page_names
 from isarflow.core.sweep import images_are_made, snr_label, why_no_images
 from isarflow.imaging.geometry import PURE_NOISE
 from isarflow.learning import experiments
-from isarflow.mesh.read.target import cad_of
+from isarflow.mesh.parts import meshed
+from isarflow.mesh.read.target import cad_of, files_of
 from isarflow.report import selection
 from isarflow.scattering import needs
 from isarflow.scattering.fields import field_files
@@ -111,9 +112,15 @@ def contents_of(*paths):
 
 
 def source_of(target):
-    """What a target's surface comes from, for params: the contents of its CAD file, or the code of its generator."""
+    """What a target's surface comes from, for params: the contents of its CAD files, or the code of its generator."""
     said = config["targets"][target]
-    return {"generator": code(plan.generator_file(target))} if "family" in said else contents_of(said["mesh"])
+    return {"generator": code(plan.generator_file(target))} if "family" in said else contents_of(*files_of(said))
+
+
+def parts_of(target):
+    """What the mesh of a target of several parts depends on, for params: {parts: ...}; {} of another target."""
+    parts = meshed(config["targets"][target].get("parts", {}))
+    return section({"parts": parts}, "parts") if parts else {}
 
 
 def judged(is_seed):

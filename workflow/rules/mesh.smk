@@ -33,7 +33,8 @@ rule mesh:
                 *{"family", "length", "rotate", "scale", "symmetry", "translate", "unit"}.intersection(
                     config["targets"][w.target]
                 ),
-            ),
+            )
+            | parts_of(w.target),
         },
     message:
         "mesh {wildcards.target}: clean and remesh {params.cad}"

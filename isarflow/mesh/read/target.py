@@ -6,7 +6,7 @@ import numpy as np
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0
-from isarflow.mesh import families, topology
+from isarflow.mesh import families, shapes, topology
 from isarflow.mesh.read import cad_kernel, halves
 from isarflow.mesh.read.formats import NO_CAD, beginning, read_obj, read_off, read_stl, triangulated
 from isarflow.mesh.read.ply import read_ply
@@ -57,8 +57,15 @@ def read_cad(path, chord=0.0):
 
 
 def cad_of(target):
-    """Return the path of a target's CAD file, or what messages call a family's model, which has none."""
+    """Return the path of a target's CAD file, or what messages call a family's model, or parts, which have none."""
+    if "parts" in target:
+        return f"parts {', '.join(sorted(target['parts']))}"
     return target["mesh"] if "mesh" in target else "{kind}, model {number} of seed {seed}".format(**target["family"])
+
+
+def files_of(target):
+    """Return the paths of the CAD files of a target, one for each of its parts; of a family's model none."""
+    return [part["mesh"] for _, part in sorted(target.get("parts", {"": target}).items()) if "mesh" in part]
 
 
 def read_target(path, target, mesh, radar, chord=0.0):
@@ -67,11 +74,22 @@ def read_target(path, target, mesh, radar, chord=0.0):
     path: of its CAD file, as `cad_of`; a family's model is made from its parameters. `target`, `mesh` and `radar` are
     those parts of the config, `chord` in metres is that of `read_cad`.
     """
-    if "family" in target:
-        vertices, triangles = families.solid(target["family"])
+    return joined(read_surfaces(path, target, chord), target, mesh, radar)
+
+
+def read_surfaces(path, target, chord=0.0):
+    """The surfaces of a target's parts by name, or its only one, (vertices, triangles) in metres; see `read_target`."""
+    chord /= target.get("scale", 1.0)
+    if "parts" in target:
+        made = {name: read_cad(part["mesh"], chord) for name, part in sorted(target["parts"].items())}
     else:
-        vertices, triangles = read_cad(path, chord / target.get("scale", 1.0))
-    vertices = in_metres(vertices, target)
+        made = {"": families.solid(target["family"]) if "family" in target else read_cad(path, chord)}
+    return {name: (in_metres(vertices, target), triangles) for name, (vertices, triangles) in made.items()}
+
+
+def joined(surfaces, target, mesh, radar):
+    """The result of `read_target` from that of `read_surfaces`."""
+    vertices, triangles = shapes.joined(list(surfaces.values()))
     return halves.completed(vertices, triangles, target.get("symmetry", []), in_plane(vertices, triangles, mesh, radar))
 
 

@@ -14,10 +14,11 @@ ROUNDS = 8  # rounding of the cuts may make surfaces cross again, by less each t
 FINER = 0.1  # after a cut, contacts are closed within this fraction: the whole distance would move the cuts again
 
 
-def arrange(vertices, triangles, close, name):
+def arrange(vertices, triangles, close, name, passed=None):
     """Make a surface whose triangles meet at common edges and corners only; closed solids become their union.
 
-    Surfaces within `close` metres touch. Returns vertices, triangles and the number of each repair.
+    Surfaces within `close` metres touch; passed: see `surface.repair`. Returns vertices, triangles and the number of
+    each repair.
     """
     whole, source = vertices, triangles
     piece, closed = topology.closed_pieces(triangles)
@@ -33,7 +34,7 @@ def arrange(vertices, triangles, close, name):
         slow = f"Surfaces part there so slowly: about {2 * close * 1000:.2g} mm away they are neither apart nor one."
         raise InputError(f"{fault} {slow} Separate them, or draw them as one.") from None
     say(f"drop what no wave reaches of {len(triangles)} triangles")
-    shut = hidden(vertices, triangles)
+    shut = hidden(vertices, triangles, passed(vertices, triangles) if passed else None)
     rest, of_solid = triangles[~shut], solid[birth[~shut]]
     _, sides, at_edge = topology.edges(rest)
     torn = (at_edge[sides] == 1).any(axis=1) & thick[birth[~shut]]
@@ -117,8 +118,11 @@ def _tidy(vertices, triangles, birth, close):
     return *topology.compact(vertices, triangles[once]), birth[once], int((~once).sum())
 
 
-def hidden(vertices, triangles):
-    """True for triangles of an arranged and oriented surface that no wave from outside reaches, (T,)."""
+def hidden(vertices, triangles, passed=None):
+    """True for triangles of an arranged and oriented surface that no wave from outside reaches, (T,).
+
+    passed: True for triangles that waves pass, (T,); None if they pass none.
+    """
     triangles = triangles.astype(np.int64)
     shell = np.arange(len(triangles))
     while len(shell):  # a part with a rim encloses nothing
@@ -133,9 +137,12 @@ def hidden(vertices, triangles):
     # Without the parts that had a rim, patches grew together that may not agree on their sides.
     walls = topology.orient(vertices, triangles[shell], "the surface")[0].astype(np.int64)
     cells = cgal.extract_cells(vertices, walls)[1]
-    shut[shell] = (cells != 0).all(axis=1)
-    skin = (cells == 0).sum(axis=1) == 1
-    skin = np.where((cells[:, 0] == 0)[:, None], walls, walls[:, ::-1])[skin]
+    doors = cells[passed[shell]] if passed is not None else cells[:0]
+    outside = topology.groups(doors, cells.max() + 1)[1]  # cells that sheets alone part are one
+    reached = (outside == outside[0])[cells]
+    shut[shell] = ~reached.any(axis=1)
+    skin = reached.sum(axis=1) == 1
+    skin = np.where(reached[:, :1], walls, walls[:, ::-1])[skin]
     open_part = np.setdiff1d(np.arange(len(triangles)), shell)
     if len(open_part) == 0 or len(skin) == 0:
         return shut

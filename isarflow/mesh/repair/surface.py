@@ -18,9 +18,10 @@ WELD = 1 / 40  # wanted edges: rims that are nearer are joined; sheets 1/200 wav
 TOUCH = 1 / 4000  # wanted edges: surfaces no farther apart lie on each other; a text file's rounding is smaller
 
 
-def repair(vertices, triangles, edge, name):
+def repair(vertices, triangles, edge, name, passed=None):
     """Merge, weld, close, thin, orient and unite a surface for meshes of `edge` metres.
 
+    passed: None for metal, or a function of vertices and triangles (T, 3) that is True for those that waves pass, (T,).
     Returns vertices, triangles, the number of each repair, and a mapping of `tolerance` (metres within which rims were
     joined), `joined_by` (metres, the widest gap that was), `thinned_by` (metres between the CAD surface and the thinned
     one), `thinned_area` in m^2 and `thinned_volume` in m^3 (its minus the thinned one's), `warnings` about openings.
@@ -42,7 +43,7 @@ def repair(vertices, triangles, edge, name):
         limits[f"thinned_{kind}"] = float(measure(*whole).sum() - measure(vertices, triangles).sum())
     close = max(close, TOUCH * edge)
     vertices, triangles, counts["closed_slits"] = close_slits(vertices, triangles, tolerance, close, name)
-    vertices, triangles, arranged = arrange(vertices, triangles, close, name)
+    vertices, triangles, arranged = arrange(vertices, triangles, close, name, passed)
     if len(vertices) == 0:
         raise InputError(f"{name}: nothing is left of it: its triangles are too narrow to have two sides.")
     triangles, turned = topology.orient(vertices, triangles, name)

@@ -69,7 +69,7 @@ class Entries:
 
     operator: a module of `operators`; surface: Surface; bases: a Basis for each of surface.parities; wavenumber: rad/m;
     near: the operator's `near_terms` of the surface; dtype: complex64 or complex128; threads: for `corrections`;
-    material: the impedance of a sheet, ohm a square (see `sheet`)
+    material: the impedance of a sheet, ohm a square, one or (T,) of the surface's triangles (see `sheet`)
     """
 
     def __init__(self, operator, surface, bases, wavenumber, near, dtype, threads=1, material=0.0):

@@ -39,6 +39,7 @@ class Surface:
     corners: np.ndarray  # (T, 3) int64: corner numbers, equal where triangles touch
     axes: tuple  # coordinates that a reflection of the symmetry group changes, e.g. (1,) for the plane xz
     patches: tuple  # where the patches begin, and T
+    numbers: np.ndarray  # (T,) of the triangles in the whole mesh
 
     @property
     def lengths(self):
@@ -76,10 +77,11 @@ class Basis:
         return len(self.halves)
 
 
-def fundamental_domain(vertices, triangles, symmetry):
+def fundamental_domain(vertices, triangles, symmetry, impedances=None):
     """The Surface on the non-negative side of each plane in `symmetry`, e.g. ['xz'].
 
-    vertices: (V, 3) m; triangles: (T, 3). Raises InputError if the mesh is not one side and its mirror image.
+    vertices: (V, 3) m; triangles: (T, 3); impedances: None or (F, T). Raises InputError if the mesh is not one side and
+    its mirror image, or if an image's impedance is another.
     """
     corners = np.asarray(vertices, np.float64)[triangles]
     kept = np.ones(len(triangles), bool)
@@ -92,26 +94,34 @@ def fundamental_domain(vertices, triangles, symmetry):
                 f"the mesh is not symmetric about the plane {plane}: {upper.sum() - inside.sum()} triangles on one "
                 f"side, {lower.sum() - inside.sum()} on the other, {(~(upper | lower)).sum()} across it."
             )
-        _check_images(corners[upper & ~inside], corners[lower & ~inside], plane)
+        images = _images(corners[upper & ~inside], corners[lower & ~inside], plane)
+        if impedances is not None:
+            of_upper, of_lower = impedances[:, upper & ~inside], impedances[:, lower & ~inside]
+            differs = (of_upper != of_lower[:, images]).any(0)
+            if differs.any():
+                place = topology.place(corners[upper & ~inside][differs.argmax()].mean(0))
+                here = f"of the triangle near {place} is not that of its mirror image"
+                raise InputError(f"'impedance': the mesh is not symmetric about the plane {plane}: that {here}.")
     patches = _patches(corners[kept].mean(1), -(-kept.sum() // PATCH_TRIANGLES))
     order = np.flatnonzero(kept)[np.concatenate(patches)]
     axes, bounds = sorted({AXES[plane] for plane in symmetry}), np.cumsum([0, *map(len, patches)]).tolist()
-    return Surface(corners[order], np.asarray(triangles, np.int64)[order], tuple(axes), tuple(bounds))
+    return Surface(corners[order], np.asarray(triangles, np.int64)[order], tuple(axes), tuple(bounds), order)
 
 
-def _check_images(upper, lower, plane):
-    """Raise InputError unless every triangle (T, 3, 3) on either side of a plane has its mirror image on the other."""
+def _images(upper, lower, plane):
+    """Number of each upper triangle's mirror image among the lower ones, (T,). Raises InputError if one has none."""
     middles, images = upper.mean(1), lower.mean(1) * np.where(np.arange(3) == AXES[plane], -1.0, 1.0)
     if len(upper) == 0:
-        return
+        return np.zeros(0, int)
     limit = MIRRORED_EDGES * np.linalg.norm(upper - np.roll(upper, 1, axis=1), axis=2).mean()
-    for queried, candidates in ((middles, images), (images, middles)):
-        apart = cKDTree(candidates).query(queried)[0]
+    found = [cKDTree(candidates).query(queried) for queried, candidates in ((middles, images), (images, middles))]
+    for apart, _ in found:
         if apart.max() > limit:
             raise InputError(
                 f"the mesh is not symmetric about the plane {plane}: the mirror image of its triangle near "
                 f"{topology.place(middles[apart.argmax()])} is {apart.max():.3g} m off (at most {limit:.3g} m)."
             )
+    return found[0][1]
 
 
 def rwg(surface, parity):

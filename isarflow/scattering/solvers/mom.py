@@ -34,8 +34,8 @@ class Solver(FieldSolver):
     }
 
     def __init__(self, settings):
-        super().__init__({key: value for key, value in settings.items() if key != "material"})
-        self.material = settings.get("material", METAL)
+        super().__init__({key: value for key, value in settings.items() if key not in ("material", "parts")})
+        self.materials = [own.get("material", METAL) for own in settings.get("parts", {"": settings}).values()]
         self.currents = currents(settings)
         self.settings["formulation"] = materials.equation(settings)
 
@@ -43,7 +43,7 @@ class Solver(FieldSolver):
         measures = self._of_system(measures)
         return planned(measures, planes, sweep, **self._settings(measures, planes, sweep))
 
-    def solve(self, vertices, triangles, sweep, symmetry, threads, progress):
+    def solve(self, vertices, triangles, sweep, symmetry, threads, progress, part=None):
         from isarflow.core.compiled import keep_compiled
         from isarflow.scattering.checks import checked_mesh
         from isarflow.scattering.mom.device import holds
@@ -68,10 +68,11 @@ class Solver(FieldSolver):
 
         arguments = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations, symmetry
         options = settings | {"paired": sweep.paired, "receivers": sweep.receivers, "threads": threads}
-        if materials.is_solid(self.material):
-            options |= {"formulation": "efie", "permittivity": materials.permittivity(self.material)}
+        if materials.is_solid(self.materials[0]):  # which stands alone
+            options |= {"formulation": "efie", "permittivity": materials.permittivity(self.materials[0])}
         else:
-            options["impedance"] = materials.impedance(self.material, sweep.frequency)
+            of_materials = np.stack([materials.impedance(one, sweep.frequency) for one in self.materials], axis=1)
+            options["impedance"] = of_materials[:, 0 if part is None else part]
         solution = solve(vertices, triangles, *arguments, progress=say, **options)
         return replace(solution, used={key: settings[key] for key in ("formulation", "tolerance")})
 

@@ -1,0 +1,55 @@
+"""A target of several parts through Snakemake: what its mesh is made of, and what makes it again."""
+
+import numpy as np
+import pytest
+
+from isarflow.mesh.io import read_parts, write_ply
+
+CONFIG = """
+name: parts
+targets:
+  '*': null
+  box: {parts: {LID, BASE}, role: other}
+mesh: {bands: 1}
+radar: {center_frequency: 1.0e+9, bandwidth: 0, frequencies: 1, polarizations: [VV]}
+aspect: {elevation: [0], azimuth: [0]}
+"""
+LID, BASE = "lid: {mesh: lid.ply, material: {name: abs, thickness: 0.001}}", "base: {mesh: base.ply}"
+CONFIG = CONFIG.replace("LID", LID).replace("BASE", BASE)
+# Edits of the config, and the jobs that they make necessary.
+EDITS = {
+    "another thickness": ("thickness: 0.001", "thickness: 0.002", {}),
+    "parts in another order": (f"{LID}, {BASE}", f"{BASE}, {LID}", {}),
+    "metal by name": ("{name: abs, thickness: 0.001}", "pec", {"mesh": 1}),
+    "another file": ("base.ply", "lid.ply", {"mesh": 1}),
+}
+MESH, OF = "results/parts/mesh/box.json", ("--configfile", "parts.yaml")
+
+
+@pytest.fixture(scope="module")
+def project(project_of):
+    project = project_of("parts")
+    for name, side in (("lid", 1), ("base", -1)):
+        points = np.array([[0, 0, 0], [0.1, 0, 0], [0.1, 0.1 * side, 0], [0, 0.1 * side, 0]])
+        write_ply(project.folder / f"{name}.ply", points, np.array([[0, 1, 2], [0, 2, 3]]))
+    project.write("parts.yaml", CONFIG)
+    finished = project.run("--cores", 1, MESH, *OF)
+    assert finished.returncode == 0, finished.stdout
+    return project
+
+
+def test_each_triangle_has_its_part(project):
+    part, names = read_parts(project.folder / "results/parts/mesh/box-0.ply")
+    assert names == ["base", "lid"] and {*part.tolist()} == {0, 1}
+
+
+def test_a_mesh_is_made_again_for_another_file_and_not_for_another_material(project):
+    requests = []
+    for number, (old, new, _) in enumerate(EDITS.values()):
+        assert CONFIG.count(old) == 1
+        requests.append([MESH, "--configfile", project.write(f"edit_{number}.yaml", CONFIG.replace(old, new))])
+    assert project.all_planned(*requests) == [jobs for *_, jobs in EDITS.values()]
+    part = (project.folder / "lid.ply").read_bytes()
+    (project.folder / "lid.ply").write_bytes(part[:-1] + b"\1")
+    assert project.planned(MESH, *OF) == {"mesh": 1}
+    (project.folder / "lid.ply").write_bytes(part)
