@@ -61,7 +61,8 @@ def images_of(config, channels, resolution):
 
 def row(config, case):
     """What a method recognises in a case: AUROC of one or more looks at random views, and the closed set's accuracy."""
-    method, draw, given = case["method"], case["draw"], ALL | {case["over"]: case["value"]}
+    method, draw = case["method"], case["draw"]
+    given = ALL | {case["over"]: type(ALL[case["over"]])(case["value"])}
     random = np.random.default_rng([draw, *method.encode(), *str(given).encode()])
     images = images_of(config, given["channels"].split("+"), given["resolution"])
     targets = {name: {**of, "class": of.get("class", name)} for name, of in config["targets"].items()}
@@ -122,7 +123,7 @@ def cases():
     values = [(over, value) for over, every in OVER.items() for value in every if value != ALL[over]]
     values = [("models", ALL["models"]), *values]
     return [
-        {"method": method, "over": over, "value": value, "draw": draw}
+        {"method": method, "over": over, "value": str(value), "draw": draw}
         for method, (over, value), draw in itertools.product(METHODS, values, DRAWS)
     ]
 
@@ -145,8 +146,8 @@ def draw_figure(table, path):
             ax.plot(line.index, line, style, color=color, marker="o", ms=4, label=label)
             if count == 1:
                 ax.plot(of_method["place"], of_method["auroc_1"], ".", color=color, alpha=0.4, ms=4)
-        ax.set(xlabel=head, xticks=places)
-        ax.set_xticklabels(values)
+        ax.set(xlabel=head, xticks=places, xmargin=0.15)
+        ax.set_xticklabels([str(value).replace("+HV", "\n+HV") for value in values])
         ax.grid(alpha=0.3)
     axes[0].set(ylabel="AUROC, other things of new kinds", ylim=(0.45, 1))
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)

@@ -1,4 +1,4 @@
-"""Make a target's stores of images, clean or at one SNR, from its field."""
+"""Make a target's stores of images from its field: clean, or at one SNR, with noise added to the samples."""
 
 import itertools
 from pathlib import Path

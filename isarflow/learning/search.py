@@ -33,7 +33,17 @@ class Hypotheses(NamedTuple):
     range: np.ndarray  # (m,), m
     crossrange: np.ndarray  # (m,), m
     drift: np.ndarray  # (m,), wavelengths
-    received: np.ndarray | None  # (m, A), pulses; None if all are
+    received: np.ndarray | None  # (m, A), pulses; None if all were received
+
+
+class Candidate(NamedTuple):
+    """A template that may be in an image, at a place."""
+
+    correlation: float
+    template: int  # its number
+    range: float  # m
+    crossrange: float  # m
+    drift: float  # wavelengths
 
 
 class Search:
@@ -50,8 +60,8 @@ class Search:
         limits = moves.limits
         drifts = int(np.ceil(limits.drift / DRIFT - 1e-9))
         self.drifts = np.linspace(-limits.drift, limits.drift, 2 * drifts + 1)
-        # Each drift's is one matrix from an image to the image without it.
-        self.undone = [
+        # For each drift the matrix that removes it from an image; None for no drift.
+        self.undo_drift = [
             moves.to_samples * moves.phases(drift=-drift).ravel() @ moves.to_image if drift else None
             for drift in self.drifts
         ]
@@ -63,23 +73,23 @@ class Search:
             min(int(np.ceil(limits.place / step - 1e-9)) + MARGIN, count)
             for step, count in zip(self.steps, moves.shape, strict=True)
         ]
-        self.lines = [_lines(size) for size in self.sizes]
+        self.lines = [_inner_lines(size) for size in self.sizes]
         rows, columns = (
             np.exp(2j * np.pi * np.outer(np.arange(-most, most + 1), lines) / size).astype(np.complex64)
             for most, lines, size in zip(
-                self.largest_offsets, (self.lines[0], _half(self.lines[1])), self.sizes, strict=True
+                self.largest_offsets, (self.lines[0], _not_negative(self.lines[1])), self.sizes, strict=True
             )
         )
         self.to_places = rows, columns.T
-        parts = [self._seen(templates[start : start + BLOCK]) for start in range(0, len(templates), BLOCK)]
+        parts = [self._compared(templates[start : start + BLOCK]) for start in range(0, len(templates), BLOCK)]
         self.invariants, spectra = (np.concatenate(part) for part in zip(*parts, strict=True))
         self.spectra = np.conj(spectra) * self._weights()
 
     def _weights(self):
         """How often each column of half a spectrum stands in the whole one."""
-        return np.where(_half(self.lines[1]) == 0, 1, 2).astype(np.float32)
+        return np.where(_not_negative(self.lines[1]) == 0, 1, 2).astype(np.float32)
 
-    def _seen(self, images):
+    def _compared(self, images):
         """Invariants (n, d) and spectra (n, channel, lines, columns) of images, each of norm 1 and without its mean."""
         down, carrier = self.moves.imager.axes()[0], self.moves.imager.carrier()
         base = images * np.exp(-2j * carrier * down).astype(np.complex64)[:, None]
@@ -87,47 +97,50 @@ class Search:
         padding = [(count - count // 2, count - -(-count // 2)) for count in self.moves.shape]
         finer = scipy.fft.ifft2(scipy.fft.ifftshift(np.pad(spectrum, [(0, 0), (0, 0), *padding]), (-2, -1)))
         magnitudes = np.abs(scipy.fft.fftshift(finer, (-2, -1)))
-        found = []
+        transforms = []
         for features in (magnitudes**2, magnitudes):
-            inner = scipy.fft.rfft2(features)[..., self.lines[0], : len(_half(self.lines[1]))]
+            inner = scipy.fft.rfft2(features)[..., self.lines[0], : len(_not_negative(self.lines[1]))]
             inner[..., 0, 0] = 0
             size = np.sqrt((np.abs(inner) ** 2 * self._weights()).sum(axis=(1, 2, 3), keepdims=True))
-            found.append(inner / np.maximum(size, 1e-30))
-        invariants = np.abs(found[0]) * np.sqrt(self._weights())
-        return invariants.reshape(len(images), -1).astype(np.float32), found[1].astype(np.complex64)
+            transforms.append(inner / np.maximum(size, 1e-30))
+        invariants = np.abs(transforms[0]) * np.sqrt(self._weights())
+        return invariants.reshape(len(images), -1).astype(np.float32), transforms[1].astype(np.complex64)
 
     def hypotheses(self, images, without=None, received=None):
-        """The Hypotheses of BLOCK images. without: None, or the aspects (n,) that each is judged without.
+        """The Hypotheses of exactly BLOCK images.
 
-        received: None, or the pulses that were received, (n, A) booleans.
+        without: None, or the aspects (n,) whose templates each image is judged without; received: None, or the pulses
+        that were received, (n, A) booleans.
         """
-        images, found = by_channel(images), [[] for _ in images]
-        for drift, undone in zip(self.drifts, self.undone, strict=True):
-            seen = images
-            if undone is not None:
-                seen = (images.reshape(-1, len(undone)) @ undone).reshape(images.shape)
-            invariants, spectra = self._seen(seen)
+        images, candidates = by_channel(images), [[] for _ in images]
+        for drift, undo in zip(self.drifts, self.undo_drift, strict=True):
+            without_drift = images
+            if undo is not None:
+                without_drift = (images.reshape(-1, len(undo)) @ undo).reshape(images.shape)
+            invariants, spectra = self._compared(without_drift)
             likeness = invariants @ self.invariants.T
             if without is not None:
                 likeness[np.asarray(without)[:, None] == self.aspects] = EXCLUDED
             for image, spectrum in enumerate(spectra):
-                found[image] += self._hypotheses_at(likeness[image], spectrum, drift)
-        chosen = [hypothesis for each in found for hypothesis in self._distinct(each)]
-        _, template, down, cross, drift = (np.array(part) for part in zip(*chosen, strict=True))
-        owner = np.repeat(np.arange(len(images)), HYPOTHESES)
-        samples = self.moves.samples(images)[owner] * self.moves.phases(-down, -cross, -drift)[:, None]
-        pulses = None if received is None or received.all() else received[owner]
+                candidates[image] += self._candidates(likeness[image], spectrum, drift)
+        chosen = [candidate for of_image in candidates for candidate in self._distinct(of_image)]
+        _, template, down, cross, drifts = (np.array(part) for part in zip(*chosen, strict=True))
+        image_of = np.repeat(np.arange(len(images)), HYPOTHESES)
+        samples = self.moves.samples(images)[image_of] * self.moves.phases(-down, -cross, -drifts)[:, None]
+        pulses = None if received is None or received.all() else received[image_of]
         if self.moves.limits.jitter:
-            samples *= self._of_pulses(samples, self.templates[template], pulses)
+            samples *= self._jitter_correction(samples, self.templates[template], pulses)
             # With these phases the nearest of all templates is a better one than that of the hypothesis.
-            nearest = self._nearest(self.moves.images(samples), None if without is None else np.asarray(without)[owner])
-            samples *= self._of_pulses(samples, self.templates[nearest], pulses)
+            nearest = self._nearest(
+                self.moves.images(samples), None if without is None else np.asarray(without)[image_of]
+            )
+            samples *= self._jitter_correction(samples, self.templates[nearest], pulses)
         if pulses is not None:
             samples *= pulses[:, None, None]
-        return Hypotheses(self.moves.images(samples), down, cross, drift, pulses)
+        return Hypotheses(self.moves.images(samples), down, cross, drifts, pulses)
 
-    def _hypotheses_at(self, likeness, spectrum, drift):
-        """The best hypotheses of an image: (correlation, template, range, cross-range, drift) of each."""
+    def _candidates(self, likeness, spectrum, drift):
+        """The best `Candidate`s of an image at one drift."""
         classes = zip(self.bounds, self.counts, strict=True)
         chosen = [first + np.argpartition(-likeness[first:end], count - 1)[:count] for (first, end), count in classes]
         chosen = np.concatenate(chosen)
@@ -148,19 +161,21 @@ class Search:
             peak -= (before - after) * shifts[-1] / 4
         down = (row - self.largest_offsets[0] + shifts[0]) * self.steps[0]
         cross = (column - self.largest_offsets[1] + shifts[1]) * self.steps[1]
-        return [(peak[one], chosen[one], down[one], cross[one], drift) for one in np.argsort(-peak)[:HYPOTHESES]]
+        best = np.argsort(-peak)[:HYPOTHESES]
+        return [Candidate(peak[number], chosen[number], down[number], cross[number], drift) for number in best]
 
-    def _distinct(self, found):
-        """HYPOTHESES of an image's, those of largest correlation; if fewer are distinct, the first is repeated."""
+    def _distinct(self, candidates):
+        """HYPOTHESES of an image's candidates, by correlation; if fewer are distinct, the first is repeated."""
         kept = []
-        for one in sorted(found, key=lambda each: -each[0]):
-            if not any(self._same(one, other) for other in kept):
-                kept.append(one)
+        for candidate in sorted(candidates, key=lambda each: -each.correlation):
+            if not any(self._same(candidate, other) for other in kept):
+                kept.append(candidate)
         return (kept + [kept[0]] * HYPOTHESES)[:HYPOTHESES]
 
     def _same(self, one, other):
-        near = (abs(one[axis] - other[axis]) < APART * self.moves.cells[axis - 2] for axis in (2, 3))
-        return one[4] == other[4] and all(near)
+        apart = abs(one.range - other.range), abs(one.crossrange - other.crossrange)
+        near = all(metres < APART * cell for metres, cell in zip(apart, self.moves.cells, strict=True))
+        return near and one.drift == other.drift
 
     @functools.cached_property
     def _magnitudes(self):
@@ -173,7 +188,7 @@ class Search:
             alike[without[:, None] == self.aspects] = -2
         return alike.argmax(axis=1)
 
-    def _of_pulses(self, samples, templates, received):
+    def _jitter_correction(self, samples, templates, received):
         """Factors (m, 1, 1, A) of magnitude 1 that undo the jitter of pulses: phases are retrieved (Fienup 1982).
 
         In turns the image takes its template's magnitudes, and each pulse the phase that fits best what that makes.
@@ -198,12 +213,12 @@ class Search:
         return np.reshape(rows, templates.shape).astype(np.complex64)
 
 
-def _lines(size):
-    """The lines of a spectrum of so many that are its inner half."""
+def _inner_lines(size):
+    """Numbers of the lines in the inner half of a spectrum that has `size` lines, negative ones last."""
     half = size // 4
     return np.concatenate([np.arange(half + 1), np.arange(-half, 0)])
 
 
-def _half(lines):
-    """Those of them that a real image's spectrum has."""
+def _not_negative(lines):
+    """The lines that a real image's spectrum stores: the others follow from these."""
     return lines[lines >= 0]

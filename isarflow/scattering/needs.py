@@ -1,4 +1,4 @@
-"""Memory and time of a target's solves, from its mesh's figures or its CAD file's area, and what fits."""
+"""What of a target's solves fits this machine: `costs` for its mesh's figures, or for its CAD file's area."""
 
 import os
 from bisect import bisect_right

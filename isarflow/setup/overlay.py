@@ -1,5 +1,7 @@
 """Lay a config over another, key by key; things that the user names are merged one by one."""
 
+from fnmatch import fnmatchcase
+
 from isarflow.core.errors import InputError
 from isarflow.core.kinds import SECTIONS, settings_of
 from isarflow.core.words import near
@@ -8,7 +10,7 @@ from isarflow.setup.schema import schema
 # Maps of things that the user names: an overlay adds, changes and, with null, removes single ones.
 EXPERIMENTS = "learning.experiments"
 NAMED = ("targets", "learning.models", EXPERIMENTS)
-ALL = "*"  # `'*': null` removes every one that the overlay itself does not name
+ALL = "*"  # `'*': null` removes every one that the overlay itself does not name, `'drone_*': null` those of such names
 # Here an overlay's form may differ from the base's: {count} or {start, stop, step}; a grid or single directions.
 ALTERNATIVES = ("aspect", "aspect.azimuth", "aspect.great_circle.angle")
 
@@ -54,14 +56,18 @@ def named(overlays, path):
 def _named(base, overlay, path):
     if not overlay:
         return {}  # `{}` means none at all; without this line it would change nothing
-    merged = {} if ALL in overlay else dict(base)
+    patterns = [name for name in overlay if ALL in str(name)]
+    merged = {name: value for name, value in base.items() if not any(fnmatchcase(name, of) for of in patterns)}
     for name, value in overlay.items():
         key = f"{path}.{name}"
-        if name == ALL and value is not None:
-            raise InputError(f"config key '{key}': it takes null alone, which removes all not named here.")
-        if value is not None:
+        if name in patterns:
+            if value is not None:
+                raise InputError(f"config key '{key}': it takes null alone, which removes all not named here.")
+            if name != ALL and not any(fnmatchcase(other, name) for other in base):
+                raise InputError(f"config key '{key}': null removes, and no name here is like '{name}'.")
+        elif value is not None:
             merged[name] = _entry(base.get(name, {}), value, path, key)
-        elif name != ALL:
+        else:
             _remove(merged, base, name, key)
     return merged
 

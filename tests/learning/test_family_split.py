@@ -96,7 +96,7 @@ def test_f1_at_a_mix_is_that_of_weighted_images():
 
 def test_rejecting_all_has_the_f1_of_the_mix():
     labels, counts = ["a", "b", OTHER], np.array([[0, 0, 5], [0, 0, 7], [0, 0, 3]])
-    rejected = metrics.metrics_of(metrics.at_mix(counts, labels, metrics.VARIANT_MIX), labels, labels)
+    rejected = metrics.metrics_of(metrics.at_mix(counts, labels, metrics.UNKNOWN_MIX), labels, labels)
     assert rejected["f1_weighted"] == pytest.approx(0.8 * 2 * 0.8 / 1.8, abs=1e-12)
 
 

@@ -9,12 +9,12 @@ from sklearn import metrics as reference
 from isarflow.learning.data.split import blocks, divisions, folded, split
 from isarflow.learning.evaluation.metrics import (
     confusion,
+    draw_counts,
     equal_blocks,
     interval,
     metrics_of,
     resampled,
     separation,
-    weights,
 )
 from isarflow.learning.evaluation.scores import score
 from isarflow.learning.experiments import runs
@@ -54,9 +54,9 @@ def test_metrics_agree_with_scikit_learn(never):
 def test_resampled_metrics_are_those_of_repeated_observations():
     groups, truth, predicted = outcomes(300, 10)
     counts = confusion(groups, truth, predicted, (10, 3))
-    weights = np.array([0, 3, 1, 1, 0, 2, 0, 1, 1, 1])
-    rows = np.concatenate([np.flatnonzero(groups == group) for group in np.repeat(np.arange(10), weights)])
-    ours = metrics_of(np.tensordot(weights, counts, axes=1), LABELS, LABELS)
+    draw_counts = np.array([0, 3, 1, 1, 0, 2, 0, 1, 1, 1])
+    rows = np.concatenate([np.flatnonzero(groups == group) for group in np.repeat(np.arange(10), draw_counts)])
+    ours = metrics_of(np.tensordot(draw_counts, counts, axes=1), LABELS, LABELS)
     assert abs(ours["f1_macro"] - reference.f1_score(truth[rows], predicted[rows], average="macro")) < 1e-12
 
 
@@ -71,7 +71,7 @@ def test_precision_of_a_class_that_few_images_are_taken_for_has_the_interval_of_
     predicted[(predicted == 1) & (groups > 2)] = 0  # named in three blocks of thirty: in many resamples in none
     counts = confusion(groups, truth, predicted, (30, 3))
     found, draws = intervals(counts, 0), resampled(counts, LABELS, LABELS, 0)
-    named = np.tensordot(weights(30, 0), counts, axes=1).sum(axis=1)[:, 1] > 0
+    named = np.tensordot(draw_counts(30, 0), counts, axes=1).sum(axis=1)[:, 1] > 0
     assert 0 < (~named).sum() < 100
     assert (np.isnan(draws["precision_disc"]) == ~named).all() and np.isfinite(draws["f1_macro"]).all()
     value = metrics_of(counts.sum(axis=0), LABELS, LABELS)["precision_disc"]
@@ -135,7 +135,7 @@ def test_blocks_of_unequal_size_say_less():
 def test_an_interval_of_many_independent_blocks_is_that_of_the_normal_distribution():
     # The spread of a mean of 400 blocks, but for what neighbours may have in common.
     random = np.random.default_rng(0)
-    low, high = interval(0.2, 0.2 + 0.01 * random.standard_normal(100_000), 400, share=False)
+    low, high = interval(0.2, 0.2 + 0.01 * random.standard_normal(100_000), 400, is_share=False)
     assert (high - low) / 2 == pytest.approx(1.966 * 0.01 * np.sqrt(1.5), rel=0.01)
     assert (high + low) / 2 == pytest.approx(0.2)
     share = interval(0.2, 0.2 + 0.01 * random.standard_normal(100_000), 400)
@@ -181,7 +181,7 @@ def test_separation_agrees_with_scikit_learn(seed):
 
 def test_resampled_separation_is_that_of_repeated_images():
     scores, known, right, groups = scored_images()
-    draws = weights(12, 0)[:5]
+    draws = draw_counts(12, 0)[:5]
     ours = separation(scores, known, right, groups, draws)
     for row, draw in enumerate(draws):
         index = np.concatenate([np.flatnonzero(groups == group) for group in np.repeat(np.arange(12), draw)])

@@ -34,7 +34,7 @@ def product(rank, shape=(400, 300), seed=0):
 @pytest.mark.parametrize("cut", [1e-2, 1e-4])
 def test_compressed_tile_is_within_the_cut(rank, cut):
     tile = product(rank).astype(np.complex64)
-    left, right = cross._from_whole(tile, cut)
+    left, right = cross._from_block(tile, cut)
     assert np.linalg.norm(left @ right.T - tile, 2) < 3 * cut  # measured: 1.9 at most, where the values fall slowly
     # No more columns than the singular values that count, but for a few.
     assert left.shape[1] == right.shape[1] <= (np.linalg.svd(tile, compute_uv=False) > 0.8 * cut).sum() + 2
@@ -49,7 +49,7 @@ def test_nothing_is_compressed_to_nothing():
 def test_a_tile_that_is_not_finite_stays_so():
     tile = product(10).astype(np.complex64)
     tile[3, 4] = np.nan
-    left, right = cross._from_whole(tile, 1e-3)
+    left, right = cross._from_block(tile, 1e-3)
     assert np.isnan(left @ right.T).any()
 
 
@@ -120,7 +120,7 @@ def test_every_tile_is_within_the_tolerance_of_the_true_one(parities):
         for (i, j), (left, right) in matrix.tiles.items():
             tile = left if right is None else left @ right.T
             error = np.linalg.norm(tile - whole[matrix.spans[i], matrix.spans[j]], 2)
-            assert error < 3 * matrix.cut, (i, j)
+            assert error < 3 * matrix.error_limit, (i, j)
         for span, block in zip(matrix.spans, matrix.diagonal, strict=True):
             assert np.abs(block - whole[span, span]).max() < 1e-6 * np.abs(block).max()
 
@@ -134,7 +134,7 @@ def test_samples_that_say_too_little_are_found_out(parities, monkeypatch):
     for matrix, whole in zip(matrices, wholes, strict=True):
         for (i, j), (left, right) in matrix.tiles.items():
             tile = left if right is None else left @ right.T
-            assert np.linalg.norm(tile - whole[matrix.spans[i], matrix.spans[j]], 2) < 3 * matrix.cut
+            assert np.linalg.norm(tile - whole[matrix.spans[i], matrix.spans[j]], 2) < 3 * matrix.error_limit
 
 
 @pytest.mark.parametrize(("rank", "used"), [(20, 48), (60, 72)])

@@ -24,7 +24,8 @@ def in_the_repository(monkeypatch):
 
 @pytest.mark.parametrize("path", sorted((ROOT / "config").glob("*.yaml")), ids=lambda p: p.stem)
 def test_shipped_configs_are_valid(path):
-    below = [read_yaml(path.with_name("families-fields.yaml"))] if path.stem == "kinds" else []  # which it stands over
+    over_families = path.stem in ("kinds", "variant")
+    below = [read_yaml(path.with_name("families-fields.yaml"))] if over_families else []
     if path.stem not in ("schema", "materials"):
         assert load(*below, read_yaml(path))["name"] == read_yaml(path)["name"]
 
@@ -311,6 +312,8 @@ BAD = {
     ),
     "remove what a target needs": ({"targets": {"ufo": {"role": None}}}, "targets.ufo.role", "missing"),
     "everything as a target": ({"targets": {"*": KNOWN}}, "targets.*", "takes null alone"),
+    "several as a target": ({"targets": {"u*": KNOWN}}, "targets.u*", "takes null alone"),
+    "remove targets of which none is there": ({"targets": {"x*": None}}, "targets.x*", "no name here is like 'x*'"),
     "section is a number": ({"radar": 5}, "radar", "5"),
     "section is empty": ({"radar": None}, "radar", "nothing is not of type 'object'"),
     "even aperture": ({"imaging": {"aperture": 10}}, "imaging.aperture", "odd"),

@@ -93,6 +93,7 @@ def test_each_of_several_overlays_is_laid_over_those_before():
     first = {"targets": {"*": None, "a": KNOWN, "b": KNOWN, "c": KNOWN}}
     assert list(load(first, {"targets": {"a": None, "d": KNOWN}})["targets"]) == ["b", "c", "d"]
     assert list(load(first, {"targets": {"*": None, "c": {}, "d": KNOWN}})["targets"]) == ["c", "d"]
+    assert list(load(first, {"targets": {"[ab]*": None, "b": {}, "d": KNOWN}})["targets"]) == ["c", "b", "d"]
     with pytest.raises(InputError, match=r"targets\.d.*no 'd' here"):
         load(first, {"targets": {"d": None}})
 

@@ -16,7 +16,7 @@ from isarflow.learning.predict import KNOWN
 SHORT = ("accuracy", "f1_weighted", "f1_macro")  # metrics by another definition of SNR
 BY_FOLD = ("accuracy", "f1_weighted")  # metrics of each single fold
 # By family an open set also has the F1 at two mixes of true labels, as of `metrics.at_mix`.
-MIXES = {"f1_balanced": None, "f1_mix": metrics.VARIANT_MIX}
+MIXES = {"f1_balanced": None, "f1_mix": metrics.UNKNOWN_MIX}
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ def rows(decision, seed):
 def _at_mixes(decision, seed):
     """(metric, value, low, high) of MIXES: F1 where every true label weighs as the mix says."""
     labels, counts, strata = decision.labels, decision.counts(decision.labels), decision.strata()
-    drawn = np.tensordot(metrics.weights(len(counts), seed, strata), counts, axes=1)
+    drawn = np.tensordot(metrics.draw_counts(len(counts), seed, strata), counts, axes=1)
     blocks = metrics.equal_blocks(counts.sum(axis=(1, 2)))
     for name, share in MIXES.items():
         value, draws = (
@@ -181,7 +181,7 @@ def _separated(decision, seed):
     """
     blocks, sizes = np.unique(decision.test["block"], return_counts=True)
     count, equal, strata = len(sizes), metrics.equal_blocks(sizes), decision.strata(blocks)
-    draws = np.concatenate([np.ones((1, count)), metrics.weights(count, seed, strata)])
+    draws = np.concatenate([np.ones((1, count)), metrics.draw_counts(count, seed, strata)])
     parts = [part for _, part in decision.test.groupby("fold")]
     if count == 1 or not all(part["block"].nunique() == 1 for part in parts):
         means = [_separation(decision, part, draws[:, np.isin(blocks, part["block"])]) for part in parts]

@@ -16,7 +16,7 @@ CONFIDENCE_LEVEL = 0.95
 # Images share samples with their neighbours in the next block, too: over arcs of one aperture the variance of a sum is
 # two thirds of what it is in the long run, where correlation falls linearly to nothing over that length.
 NEIGHBOUR_VARIANCE = 3 / 2
-VARIANT_MIX = 0.8  # share of unknown images where ten targets are tested of which two are known
+UNKNOWN_MIX = 0.8  # share of unknown images where ten targets are tested of which two are known
 KEPT_SHARE = 0.95  # share of the known images above the threshold of fpr95
 
 
@@ -84,17 +84,18 @@ def metrics_of_labels(truth, predicted, weight=None):
 
 
 @functools.cache
-def weights(blocks, seed, strata=()):
+def draw_counts(blocks, seed, strata=()):
     """Number of times that each block is drawn in each bootstrap resample: (resamples, blocks) (Kuensch 1989).
 
     It follows from the seed, the number of blocks and maybe the stratum of each, within which blocks are drawn:
     models tested on the same blocks have the same draws.
     """
     random, drawn = np.random.default_rng([seed, *b"bootstrap"]), np.empty((RESAMPLES, blocks), int)
-    of = np.unique(strata, return_inverse=True)[1] if strata else np.zeros(blocks, int)
-    for stratum in range(of.max(initial=-1) + 1):
-        mine = of == stratum
-        drawn[:, mine] = random.multinomial(mine.sum(), np.full(mine.sum(), 1 / mine.sum()), size=RESAMPLES)
+    stratum_of = np.unique(strata, return_inverse=True)[1] if strata else np.zeros(blocks, int)
+    for stratum in range(stratum_of.max(initial=-1) + 1):
+        inside = stratum_of == stratum
+        size = inside.sum()
+        drawn[:, inside] = random.multinomial(size, np.full(size, 1 / size), size=RESAMPLES)
     return drawn
 
 
@@ -103,37 +104,38 @@ def equal_blocks(sizes):
     return sizes.sum() ** 2 / (sizes**2).sum()
 
 
-def interval(value, resampled, blocks, share=True, strata=()):
-    """The 95 % interval of a value from its values in resamples (resamples,) of `blocks` blocks: (low, high).
+def interval(value, draws, blocks, is_share=True, strata=()):
+    """The 95 % interval of a value from its values in resamples, draws (resamples,), of `blocks` blocks: (low, high).
 
-    blocks: as `equal_blocks` counts them. The standard error is the spread of the resamples, larger as blocks vary
-    about their own mean, or the mean of their stratum (n / (n - 1) in variance), and as blocks of azimuths have
-    neighbours that are alike (NEIGHBOUR_VARIANCE); those of strata have none. share: see `around`.
+    blocks: as `equal_blocks` counts them. The standard error is the standard deviation of the draws, with two
+    corrections of its variance: n / (n - strata), as blocks are drawn about their own mean or their stratum's, and
+    NEIGHBOUR_VARIANCE for blocks of azimuths, whose neighbours are alike; blocks in strata are models, which have none.
+    is_share: see `around`.
     NaN for a single block, which shows no spread, and for a value that is NaN; resamples that are NaN are left out.
     """
     freedom = blocks - max(len(set(strata)), 1)
     if freedom <= 0 or np.isnan(value):
         return np.nan, np.nan
-    larger = blocks / freedom * (1 if strata else NEIGHBOUR_VARIANCE)
-    return around(value, np.nanstd(resampled) * np.sqrt(larger), freedom, share)
+    variance_factor = blocks / freedom * (1 if strata else NEIGHBOUR_VARIANCE)
+    return around(value, np.nanstd(draws) * np.sqrt(variance_factor), freedom, is_share)
 
 
-def around(value, error, freedom, share):
+def around(value, error, freedom, is_share):
     """The 95 % interval by Student's t of values with these standard errors and degrees of freedom: (low, high).
 
-    Of a `share`, between 0 and 1, on the scale of log(value / (1 - value)), so that it stays within 0 and 1; else
-    symmetric. Arguments are numbers or arrays.
+    Of a share, between 0 and 1, on the scale of log(value / (1 - value)) by the delta method, so that it stays within 0
+    and 1; else symmetric. Arguments are numbers or arrays.
     """
     value, half = np.asarray(value), np.asarray(stdtrit(freedom, (1 + CONFIDENCE_LEVEL) / 2) * error)
     sides, slope = np.stack([-half, half]), value * (1 - value)
     with np.errstate(divide="ignore", invalid="ignore"):
         of_share = np.where(slope > 0, expit(logit(value) + sides / slope), value + 0 * sides)
-    return tuple(np.where(share, of_share, value + sides))
+    return tuple(np.where(is_share, of_share, value + sides))
 
 
 def resampled(counts, labels, judged, seed, strata=()):
     """The metrics of counts (blocks, labels, labels) in each resample: a mapping of name to (resamples,)."""
-    return metrics_of(np.tensordot(weights(len(counts), seed, strata), counts, axes=1), labels, judged)
+    return metrics_of(np.tensordot(draw_counts(len(counts), seed, strata), counts, axes=1), labels, judged)
 
 
 def with_intervals(counts, labels, judged, seed, names=None, strata=()):

@@ -10,7 +10,7 @@ import numpy as np
 
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.data.split import LEFT_OUT
-from isarflow.learning.evaluation.metrics import KEPT_SHARE, VARIANT_MIX, metrics_of_labels
+from isarflow.learning.evaluation.metrics import KEPT_SHARE, UNKNOWN_MIX, metrics_of_labels
 
 # Roles whose validation images judge a protocol; all but `kept` also choose by them.
 ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other"), "kept": ("known", "other")}
@@ -40,7 +40,7 @@ def threshold_and_f1(table, score, protocol, kept_share=KEPT_SHARE):
     is_known, left_out = role == "known", (table["side"] == LEFT_OUT).to_numpy()
     known, count = is_known.sum(), len(scores)
     weight = known / (count - known) if protocol != "thesis" and 0 < known < count else 1.0
-    weight *= VARIANT_MIX / (1 - VARIANT_MIX) if protocol == "mix" else 1
+    weight *= UNKNOWN_MIX / (1 - UNKNOWN_MIX) if protocol == "mix" else 1
     if protocol == "kept" or known == count:
         shared = table[score].to_numpy()[left_out] if protocol == "kept" and left_out.any() else scores[is_known]
         threshold = float(np.quantile(shared, 1 - kept_share))
@@ -52,34 +52,34 @@ def threshold_and_f1(table, score, protocol, kept_share=KEPT_SHARE):
 
 
 def best(scores, truth, predicted, weight=1.0):
-    """The threshold with the largest weighted F1, halfway between two scores; of several such the middle one.
+    """Return the threshold with the largest weighted F1, halfway between two scores; of several such the middle one.
 
     scores: (n,), below the threshold is OTHER; truth, predicted: labels (n,), where predicted OTHER stays so.
     weight: number of images that each image with truth OTHER counts for.
     """
     order = np.argsort(-scores, kind="stable")
     scores, truth, predicted = scores[order], np.asarray(truth)[order], np.asarray(predicted)[order]
-    labelled, counts = predicted != OTHER, np.where(truth == OTHER, weight, 1.0)
-    # For thresholds that keep 0, 1, 2 ... images: the sum over the labels of F1 = 2 right / (predicted + true) times
-    # the count of true images.
+    labelled, weights = predicted != OTHER, np.where(truth == OTHER, weight, 1.0)
+    # For thresholds that keep 0, 1, 2 ... images: the sum over the labels of F1 = 2 right / (claimed + count), times
+    # count: right are the images rightly given a label, claimed those given it, count those whose label it is.
     total = np.zeros(len(scores) + 1)
     for name in sorted({*truth} - {OTHER}):
-        claimed = _running(counts * (predicted == name))
+        claimed = _running(weights * (predicted == name))
         right = _running((predicted == name) & (truth == name))
         count = (truth == name).sum()
         total += count * 2 * right / (claimed + count)
-    if missed := counts[truth == OTHER].sum():
-        rejected = counts.sum() - _running(counts * labelled)
-        right = missed - _running(counts * ((truth == OTHER) & labelled))
-        total += missed * 2 * right / (rejected + missed)
-    # Between equal scores no threshold can pass.
+    if count := weights[truth == OTHER].sum():
+        claimed = weights.sum() - _running(weights * labelled)
+        right = count - _running(weights * ((truth == OTHER) & labelled))
+        total += count * 2 * right / (claimed + count)
+    # No threshold separates equal scores.
     possible = np.concatenate([[True], scores[1:] < scores[:-1], [True]])
     total[~possible] = -1
-    places = np.flatnonzero(total >= total.max() - 1e-9)
-    place = places[len(places) // 2]
-    if place == 0:
+    best_kept = np.flatnonzero(total >= total.max() - 1e-9)
+    kept = best_kept[len(best_kept) // 2]  # how many images the threshold keeps
+    if kept == 0:
         return float(np.nextafter(scores[0], np.inf))
-    return float((scores[place - 1] + scores[place]) / 2 if place < len(scores) else scores[-1])
+    return float((scores[kept - 1] + scores[kept]) / 2 if kept < len(scores) else scores[-1])
 
 
 def _running(values):

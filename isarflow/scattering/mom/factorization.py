@@ -103,31 +103,33 @@ class SymmetricMatrix(Symmetric):
         inverses = []
         with Pool(threads) as pool:
             for j, ((a, b), row) in enumerate(zip(self.spans, self.blocks, strict=True)):
-                # Until row j is divided by D it holds L D, and so do all rows below it.
-                lower = np.empty((3, b - a, a), row.dtype)
-                spans = zip(self.spans, inverses, strict=False)
-                pool.wait([pool.submit(_divide, lower, row, inverse, slice(*span)) for span, inverse in spans])
-                tasks = [pool.submit(_update, block_row, lower, slice(a, b)) for block_row in self.blocks[j:]]
-                pool.wait(tasks[:1])
-                # In double precision, of the symmetric part: the block's rounding would otherwise enter every later
-                # column, and grow from one to the next where parts of a target are tightly coupled (close plates).
+                # Left of column a, row j and the rows below it hold L D; row j is now divided by D.
+                lower = np.empty((3, b - a, a), row.dtype)  # real and imaginary part of L, and their sum
+                finished = zip(self.spans, inverses, strict=False)
+                pool.wait([pool.submit(_divide, lower, row, inverse, slice(*span)) for span, inverse in finished])
+                diagonal, *below = [
+                    pool.submit(_update, block_row, lower, slice(a, b)) for block_row in self.blocks[j:]
+                ]
+                pool.wait([diagonal])  # the block is inverted while the rows below are still updated
+                # The inverse is made in double precision and of the symmetric part: the block's rounding would else
+                # enter every later column, and grow from one to the next where parts of a target are tightly coupled
+                # (close plates).
                 block = row[0, :, a:].astype(np.float64) + 1j * row[1, :, a:]
                 inverse = np.linalg.inv((block + block.T) / 2)
-                pool.wait(tasks)
+                pool.wait(below)
                 row[:, :, :a] = lower[:2]
                 row[:, :, a:] = inverse.real, inverse.imag
-                inverses.append(np.stack([*row[:, :, a:], row[0, :, a:] + row[1, :, a:]]))
-                done = b / self.size
-                progress(done * done * (3 - 2 * done))
+                inverses.append(np.stack([*row[:, :, a:], row[0, :, a:] + row[1, :, a:]]))  # as `_product` takes them
+                progress(share_of_work(b / self.size))
 
     def _backward(self, x):
         """L^-T x in place."""
         for (a, b), row in reversed(list(zip(self.spans, self.blocks, strict=True))):
             # Real products with both parts side by side: L stays as it is stored.
             parts = np.concatenate([x[a:b].real, x[a:b].imag], 1)
-            first, second = row[0, :, :a].T @ parts, row[1, :, :a].T @ parts
+            by_real, by_imag = row[0, :, :a].T @ parts, row[1, :, :a].T @ parts
             width = x.shape[1]
-            x[:a] -= (first[:, :width] - second[:, width:]) + 1j * (first[:, width:] + second[:, :width])
+            x[:a] -= (by_real[:, :width] - by_imag[:, width:]) + 1j * (by_real[:, width:] + by_imag[:, :width])
 
     def _step(self):
         return RUN_COLUMNS
@@ -143,6 +145,11 @@ class SymmetricMatrix(Symmetric):
             parts[2, a:b] = parts[0, a:b] + parts[1, a:b]
             real, imag = _product(row[:, :, a:], parts[:, a:b].transpose(0, 2, 1))
             divided[a:b] = real + 1j * imag
+
+
+def share_of_work(done):
+    """Share of a symmetric factorization's work after a share of its columns: column x costs about x (1 - x)."""
+    return done * done * (3 - 2 * done)
 
 
 def _product(a, b):

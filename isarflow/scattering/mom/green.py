@@ -1,4 +1,8 @@
-"""Green's function exp(-j k R) / R in real arithmetic: sine and cosine by short polynomials, 1 / R without its pole."""
+"""Green's function exp(-j k R) / R in real arithmetic: sine and cosine by short polynomials, 1 / R without its pole.
+
+For the fine integrals of near triangles. The sums of all others have their own in `tiles`; `reference` has the plain
+one.
+"""
 
 import jax
 import jax.numpy as jnp

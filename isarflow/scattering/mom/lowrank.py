@@ -17,47 +17,49 @@ from scipy.linalg.lapack import zpstrf, ztrtri
 
 from isarflow.scattering.costs import SKETCH_COLUMNS
 from isarflow.scattering.mom.device import give_back
-from isarflow.scattering.mom.factorization import Symmetric, runs
+from isarflow.scattering.mom.factorization import Symmetric, runs, share_of_work
 from isarflow.scattering.threads import Pool
 
 FREED_COLUMNS = 8  # columns after which free memory is given back
-SPANNED_TOLERANCES = 2.0  # tolerances of a tile: what may be left of a random column, in which all remainders add up
-SPARE_COLUMNS = 8  # columns of a run in which nothing may be left: else more are tried
+SPANNED_LIMITS = 2.0  # error limits of a tile: the most of a random column, a sum of all singular values' remainders
+SPARE_COLUMNS = 8  # random columns by which a run must exceed the rank that it finds; else another run follows
 FEW_COLUMNS = 24, 32  # columns of a shorter first run
 RAISED_COLUMNS = 7 + SPARE_COLUMNS  # columns more than the rank of the matrix's tile, which updates raise
 STRIPE_ROWS = 64  # rows of a triangular block that are multiplied at once: fewer spare zeros, more make faster products
-KNOWN_NUMBERS = 1 << 25  # numbers that a thread may keep in a substitution
+PROJECTION_NUMBERS = 1 << 25  # numbers that a thread may keep in a substitution
 UPPER = np.triu(np.ones((SKETCH_COLUMNS, SKETCH_COLUMNS)))  # to multiply with: np.triu takes as long as a small inverse
 RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.complex64)
 
 
-def compress(times, project, width, tolerance, first=SKETCH_COLUMNS):
-    """Compress a tile X, given as two products, to U (M, r) and V (N, r), U V^T within `tolerance` (2-norm, about).
+def compress(times, project, width, error_limit, first_columns=SKETCH_COLUMNS):
+    """Compress a tile X, given as two products, to U (M, r) and V (N, r), U V^T within `error_limit` (2-norm, about).
 
     times(run) is X R with R a run (slice) of the columns of RANDOM's first N = width rows; project(Q) is Q^H X.
-    first: columns of the first run.
+    first_columns: columns of the first run.
     """
-    basis, ends = None, [0, *sorted({min(first, width), *range(SKETCH_COLUMNS, width, SKETCH_COLUMNS), width})]
+    basis, ends = None, [0, *sorted({min(first_columns, width), *range(SKETCH_COLUMNS, width, SKETCH_COLUMNS), width})]
     for run in starmap(slice, pairwise(ends)):
         sketch = times(run)
         if basis is not None:
             sketch = _beside(basis, sketch)
-        # Columns of X R, each as far as possible from the span of those before it, until the remainder of all is small.
+        # The pivoted Cholesky factor of the Gram matrix chooses columns of X R one by one, the one farthest from the
+        # span of those before, until all remainders are small; the factor's inverse makes them orthonormal.
         sketch = sketch.astype(np.complex128)
         gram = sketch.conj().T @ sketch
         if not np.isfinite(gram.trace()):  # which would count as nothing
             return sketch[:, :1].astype(np.complex64), np.full((width, 1), np.nan, np.complex64)
-        gram, pivots, rank, _ = zpstrf(gram, tol=(SPANNED_TOLERANCES * tolerance) ** 2)
-        inverse = ztrtri(gram[:rank, :rank])[0] * UPPER[:rank, :rank] if rank else UPPER[:0, :0]
+        factor, pivots, rank, _ = zpstrf(gram, tol=(SPANNED_LIMITS * error_limit) ** 2)
+        inverse = ztrtri(factor[:rank, :rank])[0] * UPPER[:rank, :rank] if rank else UPPER[:0, :0]
         added = (sketch[:, pivots[:rank] - 1] @ inverse).astype(np.complex64)
-        # Once more: what rounding left of the others in small columns is no longer small.
+        # Once more: a small column of norm 1 also has the enlarged rounding errors along the basis.
         basis = added if basis is None else np.concatenate([basis, _beside(basis, added)], 1)
         if rank <= run.stop - run.start - SPARE_COLUMNS:
             break
-    rest = project(basis)
-    squares, vectors = np.linalg.eigh(rest.astype(np.complex128) @ rest.conj().T)
-    vectors = vectors[:, squares > tolerance**2].astype(np.complex64)
-    return basis @ vectors, (vectors.conj().T @ rest).T
+    # Of Q^H X the left singular vectors stay whose singular value is above the limit.
+    projected = project(basis)
+    squares, vectors = np.linalg.eigh(projected.astype(np.complex128) @ projected.conj().T)
+    vectors = vectors[:, squares > error_limit**2].astype(np.complex64)
+    return basis @ vectors, (vectors.conj().T @ projected).T
 
 
 def _beside(basis, columns):
@@ -153,9 +155,9 @@ class LowRankMatrix(Symmetric):
 
     def __init__(self, spans):
         self.spans, self.size = spans, spans[-1].stop
-        self.cut = None  # largest error of a tile, absolute
+        self.error_limit = None  # largest error of a tile, 2-norm
         self.diagonal = [None] * len(spans)  # the matrix's blocks, then an Inverse of each of D's
-        self.tiles = {}  # of the matrix, (i, j) with i > j: U (n_i, r), V (n_j, r); or the whole tile and None
+        self.tiles = {}  # of the matrix, (i, j) with i > j: U (n_i, r), V (n_j, r); or the tile itself and None
         # For L D, for each row i: transposed U_ij, (r, n_i), for j < i.
         self.left = [Stack(span.stop - span.start) for span in spans]
         self.right = [None] * len(spans)  # for each column j: W V_ij, (n_j, r), for i > j, beside each other
@@ -200,101 +202,110 @@ class LowRankMatrix(Symmetric):
                 del column, below, factors  # the next column makes couplings of its own
                 if j % FREED_COLUMNS == FREED_COLUMNS - 1:
                     give_back()  # frees the matrix's tiles, which the factors replace
-                done = (j + 1) / count
-                progress(done * done * (3 - 2 * done))
+                progress(share_of_work((j + 1) / count))
         self.rows, self.places = _stacked(self.ranks)
 
     def _backward(self, x):
         """L^-T x in place."""
-        known = np.empty((self.ranks.sum(), x.shape[1]), x.dtype)
+        projections = np.empty((self.ranks.sum(), x.shape[1]), x.dtype)  # U^T x of all tiles
         for j, span in reversed(list(enumerate(self.spans))):
-            x[span] -= self.right[j] @ known[self.places[j]]
+            x[span] -= self.right[j] @ projections[self.places[j]]
             x[span] = self.diagonal[j].expanded(x[span])
-            known[self.rows[j]] = self.left[j].whole @ x[span]
+            projections[self.rows[j]] = self.left[j].whole @ x[span]
 
     def _step(self):
         # A run has V^T y of all tiles at hand.
-        return int(np.clip(KNOWN_NUMBERS // max(self.ranks.sum(), 1), 32, 256))
+        return int(np.clip(PROJECTION_NUMBERS // max(self.ranks.sum(), 1), 32, 256))
 
     def _forward_run(self, y, _):
         """W L^-1 y in place, for the columns of one task."""
-        known = np.empty((self.ranks.sum(), y.shape[1]), y.dtype)
+        projections = np.empty((self.ranks.sum(), y.shape[1]), y.dtype)  # V^T y of all tiles
         for j, span in enumerate(self.spans):
-            y[span] -= self.left[j].whole.T @ known[self.rows[j]]
+            y[span] -= self.left[j].whole.T @ projections[self.rows[j]]
             y[span] = self.diagonal[j].reduced(y[span])
-            known[self.places[j]] = self.right[j].T @ y[span]
+            projections[self.places[j]] = self.right[j].T @ y[span]
 
 
 class _Column:
-    """A column j while its tiles are made: the products of finished columns k < j that are subtracted."""
+    """A column j while its tiles are made: the products of finished columns k < j that are subtracted.
+
+    The product that a tile (i, j) lacks is the sum over k of U_ik C_ijk U_jk^T, where C_ijk = V_ik^T D_k^-1 V_jk is the
+    coupling of the two tiles of column k.
+    """
 
     def __init__(self, matrix, j, pool):
         self.matrix, self.j = matrix, j
-        self.left, self.parts = matrix.left[j].whole, matrix.left[j].parts  # transposed U_jk of all k, (K, n_j)
+        self.stack_j, self.parts = (
+            matrix.left[j].whole,
+            matrix.left[j].parts,
+        )  # U_jk^T of all k below each other, (K, n_j)
         self.width = matrix.spans[j].stop - matrix.spans[j].start
-        self.first = slice(0, min(SKETCH_COLUMNS, self.width))
+        self.first_run = slice(0, min(SKETCH_COLUMNS, self.width))
         self.sketches = {}  # U_jk^T R of all k, by the first of R's columns
-        self.sketch(self.first)  # before there are threads
+        self.sketch(self.first_run)  # before there are threads
+        # For each k the column of right[k] where W V_jk begins; those of the rows below follow.
         self.begins = matrix.ranks[:j, :j].sum(0).tolist()
-        # For each row i > j: where its tiles are in the `coupling` of each k.
+        # For each row i > j: the rows of its C_ijk among the `couplings` of each k.
         ranks = matrix.ranks[j + 1 :, :j]
         ends = np.cumsum(ranks, 0)
-        self.places = [list(map(slice, *pair)) for pair in zip((ends - ranks).tolist(), ends.tolist(), strict=True)]
-        self.diagonal_coupling, self.coupling, self.coupled = (
+        pairs = zip((ends - ranks).tolist(), ends.tolist(), strict=True)
+        self.coupling_rows = [list(map(slice, *pair)) for pair in pairs]
+        self.diagonal_couplings, self.couplings, self.sketched_couplings = (
             zip(*pool.map(self.couple, range(j)), strict=True) if j else 3 * ((),)
         )
 
     def sketch(self, run):
         """U_jk^T R of all k, (K, run)."""
         if run.start not in self.sketches:
-            self.sketches[run.start] = self.left @ RANDOM[: self.width, run]
+            self.sketches[run.start] = self.stack_j @ RANDOM[: self.width, run]
         return self.sketches[run.start]
 
     def couple(self, k):
-        """Make V_ik^T D_k^-1 V_jk for i = j, and for all i > j below each other, (., r_jk); these times U_jk^T R."""
+        """Make C_ijk for i = j, and for all i > j below each other, (., r_jk); and these times the sketch U_jk^T R."""
         part = self.parts[k]
+        # right[k] has W V_ik, and D_k^-1 = W^T W.
         right, rank = self.matrix.right[k][:, self.begins[k] :], part.stop - part.start
         coupling = right.T @ right[:, :rank]
-        return coupling[:rank], coupling[rank:], coupling[rank:] @ self.sketch(self.first)[part]
+        return coupling[:rank], coupling[rank:], coupling[rank:] @ self.sketch(self.first_run)[part]
 
     def invert(self):
         """Invert the diagonal block. In double precision, as its rounding would enter every later column."""
         block = self.matrix.diagonal[self.j].astype(np.complex128)
         if self.j:
-            couplings = zip(self.diagonal_coupling, self.parts, strict=True)
-            inner = np.concatenate([coupling @ self.left[part] for coupling, part in couplings])
+            couplings = zip(self.diagonal_couplings, self.parts, strict=True)
+            inner = np.concatenate([coupling @ self.stack_j[part] for coupling, part in couplings])
             for rows in runs(self.width, STRIPE_ROWS):
                 # Only the lower triangle is read.
-                block[rows, : rows.stop] -= self.left[:, rows].T @ inner[:, : rows.stop]
+                block[rows, : rows.stop] -= self.stack_j[:, rows].T @ inner[:, : rows.stop]
         self.matrix.diagonal[self.j] = Inverse(block)
 
     def tile(self, i):
-        """U and V of the tile (i, j) of L D: the matrix's less the sum over k of U_ik (V_ik^T D_k^-1 V_jk) U_jk^T."""
+        """Return U and V of the tile (i, j) of L D: the matrix's tile less the sum over k of U_ik C_ijk U_jk^T."""
         matrix, j = self.matrix, self.j
         u, v = matrix.tiles.pop((i, j))
         if not j:
             return u, v
-        left, parts = matrix.left[i].whole, matrix.left[i].parts  # (K_i, n_i)
-        places = self.places[i - j - 1]
+        stack_i, parts_i = matrix.left[i].whole, matrix.left[i].parts  # U_ik^T of all k below each other, (K_i, n_i)
+        rows = self.coupling_rows[i - j - 1]
 
-        def times(run):
+        def times(run):  # the tile times some columns of RANDOM
             random = RANDOM[: self.width, run]
-            if run.stop <= self.first.stop:
-                inner = [coupled[place, run] for coupled, place in zip(self.coupled, places, strict=True)]
+            if run.stop <= self.first_run.stop:
+                inner = [sketched[of_row, run] for sketched, of_row in zip(self.sketched_couplings, rows, strict=True)]
             else:
-                sketch, of_columns = self.sketch(run), zip(self.coupling, places, self.parts, strict=True)
-                inner = [coupling[place] @ sketch[part] for coupling, place, part in of_columns]
+                sketch, of_columns = self.sketch(run), zip(self.couplings, rows, self.parts, strict=True)
+                inner = [coupling[of_row] @ sketch[part] for coupling, of_row, part in of_columns]
             product = u @ random if v is None else u @ (v.T @ random)
-            return product - left.T @ np.concatenate(inner)
+            return product - stack_i.T @ np.concatenate(inner)
 
-        def project(basis):
+        def project(basis):  # the adjoint of a basis times the tile
             adjoint = basis.conj().T
-            projected = adjoint @ left.T
-            inner = np.empty((len(adjoint), len(self.left)), matrix.dtype)
-            for coupling, place, row_part, col_part in zip(self.coupling, places, parts, self.parts, strict=True):
-                np.matmul(projected[:, row_part], coupling[place], out=inner[:, col_part])
+            projected = adjoint @ stack_i.T
+            inner = np.empty((len(adjoint), len(self.stack_j)), matrix.dtype)
+            for coupling, of_row, part_i, part_j in zip(self.couplings, rows, parts_i, self.parts, strict=True):
+                np.matmul(projected[:, part_i], coupling[of_row], out=inner[:, part_j])
             product = adjoint @ u if v is None else (adjoint @ u) @ v.T
-            return product - inner @ self.left
+            return product - inner @ self.stack_j
 
-        first = SKETCH_COLUMNS if v is None else _first_run(u.shape[1])
-        return compress(times, project, self.width, matrix.cut, first)
+        first_columns = SKETCH_COLUMNS if v is None else _first_run(u.shape[1])
+        return compress(times, project, self.width, matrix.error_limit, first_columns)
