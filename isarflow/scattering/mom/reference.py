@@ -66,7 +66,7 @@ def turned(field: Samples, source: Samples, wavenumber: complex) -> complex:
     return np.einsum("ax,abx->", field.values, _gradient_cross(field, source, wavenumber))
 
 
-def _gradient_cross(field, source, wavenumber):
+def _gradient_cross(field: Samples, source: Samples, wavenumber: complex) -> np.ndarray:
     """grad G x f' between points, (Q, Q, 3)."""
     difference = field.points[:, None] - source.points
     distance = np.linalg.norm(difference, axis=2)
