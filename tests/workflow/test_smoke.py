@@ -112,6 +112,7 @@ EDITS = {
     "a target's unit": (UFO, UFO.replace("role", "unit: cm, role"), ONE_UNKNOWN),
     "a target's rotation": (UFO, UFO.replace("role", "rotate: [0, 0, 90], role"), ONE_UNKNOWN),
     "a target's material": (UFO, UFO.replace("role", "material: space_cloth, role"), ONE_SOLVE),
+    "a solid target": (UFO, UFO.replace("role", "material: abs, role"), ONE_UNKNOWN),
     "a target's own formulation": (UFO, UFO.replace("role", "formulation: cfie, role"), ONE_SOLVE),
     "an unknown target more": (UFO, UFO + AIRCRAFT.replace("known", "unknown"), ONE_UNKNOWN),
     "a known target more": (
