@@ -15,7 +15,7 @@ from isarflow.mesh import families, gaps, symmetry, topology
 from isarflow.mesh.ground import Ground, from_mirror_image, samples
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.measures import describe, size, warnings
-from isarflow.mesh.parts import Parts, alternating, carried
+from isarflow.mesh.parts import Parts, alternating, carried, hollows
 from isarflow.mesh.progress import begin, say
 from isarflow.mesh.read import halves
 from isarflow.mesh.read.target import UNITS, check_size, joined, read_surfaces
@@ -98,7 +98,8 @@ def load(path, target, mesh, radar, precision="double"):
     raw = {"triangles": len(triangles)} | size(*topology.compact(vertices, triangles))
     parts = Parts(target["parts"], surfaces, completed, WELD * edge) if "parts" in target else None
     passed = parts.passed if parts and parts.sheets.any() else None
-    vertices, triangles, repairs, tolerances = repair(vertices, triangles, edge, path, passed)
+    united = repair(vertices, triangles, edge, path, passed)
+    vertices, triangles, repairs, tolerances = _with_hollows(vertices, triangles, edge, path, united, mesh)
     if passed:
         triangles = alternating(vertices, triangles)
     planes, near = target.get("symmetry", []), halves.IN_PLANE * edge
@@ -119,6 +120,23 @@ def load(path, target, mesh, radar, precision="double"):
             measures[kind] += tolerances[f"thinned_{kind}"]
     measures |= {"raw": raw} | ({"completed": completed} if completed else {})
     return Source(vertices, triangles, repairs, measures, parts and parts.of(vertices, triangles, path))
+
+
+def _with_hollows(vertices, triangles, edge, path, united, mesh):
+    """What `repair` made of a surface, `united`; of a solid body that has hollows, with their walls turned inwards."""
+    if "index" not in mesh or not united[2]["hidden_triangles"]:
+        return united
+    made = repair(vertices, triangles, edge, path, lambda _, corners: np.ones(len(corners), bool))
+    inner, places = hollows(*made[:2], united[:2], edge)
+    if not inner.any():
+        return united  # solids that overlap
+    if (topology.edges(made[1]).count > 2).any():
+        place = topology.place(places[inner][0])
+        raise InputError(
+            f"{path}: a closed surface near {place} lies in a body of solids that overlap: unite these in the CAD "
+            "program, so that it is clear what is hollow."
+        )
+    return made[0], alternating(*made[:2]), *made[2:]
 
 
 def _whole(half, source, edge, axes):

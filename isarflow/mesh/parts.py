@@ -12,6 +12,7 @@ from isarflow.mesh import symmetry, topology
 from isarflow.mesh.ground import Ground
 
 MOST_SHARED = 20  # times the reach, squared: the most area on which two sheets may lie on each other, as beside a seam
+NOT_ON = 1e-3  # edges: the least distance of a hollow's wall from the outer one
 UNLIKE = 0.1  # of a part's area: the most whose mirror image is of another part than that of the rest
 
 
@@ -96,6 +97,17 @@ def alternating(vertices, triangles):
         depth += within & (np.arange(len(closed)) != number)
     inward = (closed & (depth % 2 == 1))[piece]
     return np.where(inward[:, None], triangles[:, ::-1], triangles)
+
+
+def hollows(vertices, triangles, united, edge):
+    """True for each closed piece of a surface that lies in the solid bodies of `united`, and a place on each piece.
+
+    united: vertices and triangles of the same surface without what lies in it; edge: metres between vertices.
+    """
+    piece, closed = topology.closed_pieces(triangles)
+    middles = vertices[triangles[np.unique(piece, return_index=True)[1]]].mean(axis=1)
+    apart = np.abs(Ground(*united).distance(middles)[0]) > NOT_ON * edge
+    return closed & apart & (igl.winding_number(united[0], united[1].astype(np.int64), middles) > 0.5), middles
 
 
 def carried(source, mesh, planes, name):

@@ -20,10 +20,10 @@ class Edges(NamedTuple):
     count: np.ndarray  # (E,) triangles at each edge: 1 = boundary, 2 = ordinary, 3 and more = junction
 
 
-# Equations that hold for closed surfaces alone: what needs them, and what to do where there are none.
+# Equations that hold for closed surfaces alone: what they need, and what to do where there are none.
 CLOSED = {
-    "cfie": ("'formulation: cfie'", "use efie for this target"),
-    "pmchwt": ("a solid body", "give the wall's 'thickness' in 'material' if it is a shell"),
+    "cfie": "'formulation: cfie' needs closed surfaces with outward normals; use efie for this target.",
+    "pmchwt": "A solid body needs closed surfaces; give the wall's 'thickness' in 'material' if it is a shell.",
 }
 
 
@@ -152,18 +152,22 @@ def tetrahedra(vertices, triangles):
 
 
 def check_closed(vertices, triangles, equation):
-    """Raise InputError unless every part is closed, with normals that point outwards, as one of CLOSED needs."""
+    """Raise InputError unless every part is closed, as one of CLOSED needs, and for cfie its normals point outwards."""
     vertices, triangles = np.asarray(vertices, float), np.asarray(triangles)
     _, sides, count = edges(triangles)
     forward = triangles < np.roll(triangles, -1, axis=1)
     wrong = np.bincount(sides.ravel(), np.where(forward, 1, -1).ravel()) != 0
-    remedy = "{} needs closed surfaces with outward normals; {}.".format(*CLOSED[equation])
     if wrong.any():
-        raise InputError(f"the mesh is open or its triangles disagree at {wrong.sum()} of {len(count)} edges. {remedy}")
+        disagree = f"at {wrong.sum()} of {len(count)} edges"
+        raise InputError(f"the mesh is open or its triangles disagree {disagree}. {CLOSED[equation]}")
+    if equation == "pmchwt":  # it has no side: of a hollow body the inner surface may be turned either way
+        return
     pieces, piece = edge_pieces(triangles)
     volume = np.bincount(piece, tetrahedra(vertices - vertices[triangles].mean((0, 1)), triangles), pieces)
     if not (volume > 0).all():
-        raise InputError(f"normals point inwards on {(volume <= 0).sum()} of {pieces} closed surfaces. {remedy}")
+        raise InputError(
+            f"normals point inwards on {(volume <= 0).sum()} of {pieces} closed surfaces. {CLOSED[equation]}"
+        )
 
 
 def normals(corners):

@@ -21,6 +21,7 @@ from isarflow.report.plots import OBLIQUE, draw_mesh
 from isarflow.report.section_mesh import missed
 from isarflow.report.selection import nearest
 from isarflow.report.vocabulary import LEAD, POWERS, SPLITS, listed, select
+from isarflow.scattering import needs
 
 PLACE, NEEDS = ("run", 2), "targets"  # on the page, see page.py
 PACKAGES = ("snakemake", "numpy", "scipy", "jax", "pymeshlab", "scikit-learn", "xarray", "zarr", "matplotlib")
@@ -87,7 +88,8 @@ def cards(results):
             data = pd.DataFrame([[name, *size]], columns=["target", "x_m", "y_m", "z_m"])
             drawn = figure(f"target_{name}", drawing, data, f"The target {name}, seen obliquely from above.")
             lines = [" × ".join(f"{length:.2f}" for length in size) + " m"]
-            lines.append(f"{results.meshes[name]['bands'][-1]['unknowns']:,} unknowns")
+            currents = needs.currents(needs.method(results.settings, name))
+            lines.append(f"{currents * results.meshes[name]['bands'][-1]['unknowns']:,} unknowns")
         made.append((name, drawn, [results.settings["targets"][name]["role"], *lines]))
     return made
 

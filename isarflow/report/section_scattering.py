@@ -5,6 +5,7 @@ import pandas as pd
 
 from isarflow.core.words import number, signed
 from isarflow.imaging.range_profiles import range_profiles
+from isarflow.mesh.parts import is_metal
 from isarflow.report.layout import Section, canvas, figure
 from isarflow.report.rcs_figures import cut_figure, draw_map
 from isarflow.scattering.fields.cuts import by_transmitter
@@ -53,14 +54,19 @@ def _origin(name, attrs, solved):
         ends = dict.fromkeys((min(counts), max(counts)))
         words = [words[0].upper(), f"{' to '.join(f'{count:,}' for count in ends)} unknowns"]
     if "material" in attrs:
-        what = "solid" if is_solid(attrs["material"]) else "a sheet of"
-        words.insert(1, f"{what} {described(attrs['material'])}")
+        words.insert(1, _made_of(attrs))
     for part, own in sorted(attrs.get("parts", {}).items(), reverse=True):
-        made = f"a sheet of {described(own['material'])}" if "material" in own else "metal"
-        words.insert(1, f"{part}: {made}")
+        words.insert(1, f"{part}: {_made_of(own)}")
     if residuals:
         words.append(f"largest relative residual {number(max(residuals), 2)}")
     return f"{name}: {', '.join(words)}."
+
+
+def _made_of(own):
+    """Say what a target, or a part of one, is made of."""
+    if is_metal(own):
+        return "metal"
+    return f"{'solid' if is_solid(own['material']) else 'a sheet of'} {described(own['material'])}"
 
 
 def profile_figure(target, dataset):

@@ -50,8 +50,7 @@ def checked_impedance(impedance, shape, formulation):
     array = _array("impedance", impedance)
     if array.dtype.kind not in "iufc" or array.shape not in ((), shape[:1], shape) or not np.isfinite(array).all():
         each = "one for each of {} frequencies, or of {} frequencies and {} triangles".format(shape[0], *shape)
-        said = repr(impedance) if array.size < 9 else _shown(array)
-        raise InputError(f"'impedance' is a finite number, or {each}, not {said}.")
+        raise InputError(f"'impedance' is a finite number, or {each}, not {_said(impedance, array)}.")
     if array.real.min() < 0:
         raise InputError(
             f"'impedance': {array.real.min():g} ohm; a sheet that takes power has a real part of 0 or more."
@@ -74,12 +73,13 @@ def checked_permittivity(permittivity, count, impedance, formulation):
     array = _array("permittivity", permittivity)
     if array.dtype.kind not in "iufc" or array.shape not in ((), (count,)) or not np.isfinite(array).all():
         raise InputError(
-            f"'permittivity' is a finite number, or one for each of {count} frequencies, not {permittivity!r}."
+            f"'permittivity' is a finite number, or one for each of {count} frequencies, not "
+            f"{_said(permittivity, array)}."
         )
     if array.imag.max() > 0 or array.real.min() <= 0:
         raise InputError(
             "'permittivity' has a real part above 0 and, with exp(+j omega t), an imaginary part of 0 or, where there "
-            f"are losses, less; not {permittivity!r}."
+            f"are losses, less; not {_said(permittivity, array)}."
         )
     return np.broadcast_to(array.astype(complex), (count,))
 
@@ -132,6 +132,10 @@ def _array(name, values):
         return np.asarray(values)
     except ValueError:  # rows of several lengths
         raise InputError(f"'{name}' is an array of numbers, and rows of it have several lengths.") from None
+
+
+def _said(value, array):
+    return repr(value) if array.size < 9 else _shown(array)
 
 
 def _shown(array):

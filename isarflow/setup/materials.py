@@ -60,16 +60,14 @@ def problems(config):
     for name, key, material in _of_all(config["targets"]):
         is_metal, body = material.get("resistance") == 0, is_solid(material)  # metal is what all solve
         if body and "parts" in config["targets"][name]:
-            yield f"'{key}.thickness' is missing: a solid body stands alone, without other parts."
+            alone = "a solid body is a target of its own, with 'mesh' and 'material' in place of 'parts'"
+            yield f"'{key}.thickness' is missing: {alone}."
             continue
         if not is_metal and not (stated := kind(SOLVERS, solver).stated).get("solids" if body else "sheets", False):
             alone = "thin sheets" if stated.get("sheets", False) else "perfect conductors"
             yield f"'{key}': the solver '{solver}' has {alone} alone; take mom, or leave it out."
-        if not is_metal and needs.method(config, name).get("formulation") == "cfie":
-            yield (
-                f"'{key}': sheets, and solid bodies in its place by an equation of their own, are solved with "
-                "'formulation: efie' alone; write it for this target, or leave it out."
-            )
+        if not (is_metal or body) and needs.method(config, name).get("formulation") == "cfie":
+            yield f"'{key}': sheets are solved by 'formulation: efie' alone; write it for this target, or leave it out."
         yield from _of_form(key, material)
         if why := why_no_sheet(material, frequencies(config["radar"])[-1]):
             yield f"'{key}.thickness': {why}"
@@ -83,6 +81,6 @@ def _of_form(key, material):
         has = " and ".join(number for number in form if number in said)
         yield f"'{key}.{more}': a material with {has} has none; leave it out."
     for missing in (number for number in form if number not in said):
-        forms = ", or ".join(", ".join(form) for form in FORMS)
+        forms = f"{', or '.join('{' + ', '.join(form) + '}' for form in FORMS)} for a solid body"
         film = "that of the film, in metres; leave 'material' out for solid metal"
         yield f"'{key}.{missing}' is missing: {film if missing == 'thickness' else f'a material has {forms}'}."

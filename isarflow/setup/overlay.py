@@ -95,7 +95,14 @@ def _is_another(base, target):
     kind = target["family"].get("kind") if isinstance(target.get("family"), dict) else None
     if kind and kind != base.get("family", {}).get("kind"):
         return True
-    return any(target[form] != base.get(form) for form in ("mesh", "parts", "field") if form in target)
+    return any(_files(target[form]) != _files(base.get(form)) for form in ("mesh", "parts", "field") if form in target)
+
+
+def _files(said):
+    """The files that a target says: of parts without their materials."""
+    if not isinstance(said, dict):
+        return said
+    return {name: part.get("mesh") if isinstance(part, dict) else part for name, part in said.items()}
 
 
 def _remove(merged, base, name, key):

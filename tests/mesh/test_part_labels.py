@@ -53,6 +53,27 @@ def made(tmp_path):
     return make
 
 
+def test_hollows_of_a_solid_body_are_kept_and_overlapping_solids_united(tmp_path):
+    """Between two spheres; and of two spheres that overlap, also with a third in one of them."""
+    (points, corners), far = sphere(0.4, 3), np.array([0.5, 0, 0])
+    hollow = together((points, corners), (points / 2, corners[:, ::-1]))
+    overlapping = together((points, corners), (points + far, corners))
+    files = [tmp_path / name for name in ("a.json", "source.ply", "0.ply")]
+    settings = {"target": {}, "mesh": MESH | {"index": 1.5}, "radar": RADAR}
+    for surface, pieces in ((hollow, 2), (overlapping, 1)):
+        write_ply(tmp_path / "a.ply", *surface)
+        write(tmp_path / "a.ply", settings, *files[:2], files[2:])
+        mesh = read_ply(files[2])
+        assert topology.components(mesh[1])[0] == pieces
+        volume = topology.tetrahedra(*mesh).sum()
+        assert volume == pytest.approx(json.loads(files[0].read_text())["source"]["volume"], rel=0.02)
+        if pieces == 2:
+            assert volume == pytest.approx(7 / 8 * 4 / 3 * np.pi * 0.4**3, rel=0.1)  # of few triangles
+    write_ply(tmp_path / "a.ply", *together(overlapping, (points / 4 - far / 3, corners[:, ::-1])))
+    with pytest.raises(InputError, match=r"a closed surface near .* solids that overlap: unite"):
+        write(tmp_path / "a.ply", settings, *files[:2], files[2:])
+
+
 def test_what_lies_in_a_sheet_is_kept_and_in_metal_is_not(made):
     """Three spheres in each other: the metal one in the middle hides the one in it."""
     spheres = {"shell": (sphere(0.4, 3), CARD), "core": (sphere(0.2, 3), METAL)}

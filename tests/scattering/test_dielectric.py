@@ -199,14 +199,25 @@ def test_what_a_body_is_not_is_refused(how, said, pebble):
         solve(*pebble, [FREQUENCY], [0.0], [0.0], **how)
 
 
-def test_an_open_body_and_one_turned_inwards_are_refused(pebble):
+def test_an_open_body_is_refused_and_one_has_no_side(pebble):
     vertices, triangles = pebble
-    for wrong, said in (
-        (triangles[1:], "is open .* a solid body needs"),
-        (triangles[:, ::-1], "point inwards .* solid"),
-    ):
-        with pytest.raises(InputError, match=said):
-            solve(vertices, wrong, [FREQUENCY], [0.0], [0.0], permittivity=4)
+    with pytest.raises(InputError, match=r"is open .* A solid body needs"):
+        solve(vertices, triangles[1:], [FREQUENCY], [0.0], [0.0], permittivity=4)
+    one, other = (
+        solve(vertices, of, [FREQUENCY], [0.0], [0.0], permittivity=4) for of in (triangles, triangles[:, ::-1])
+    )
+    assert np.abs(one.field - other.field).max() < 1e-4 * np.abs(one.field).max()
+
+
+def test_a_hollow_body_agrees_with_its_series():
+    """As thick as a quarter of the outer radius, whose full sphere scatters a third more."""
+    (outer, triangles), (inner, within) = sphere(0.3, LOSSY), sphere(0.225, LOSSY)
+    vertices, both = np.concatenate([outer, inner]), np.concatenate([triangles, within[:, ::-1] + len(outer)])
+    how = {"symmetry": PLANES, "permittivity": LOSSY}
+    found = solve(vertices, both, [FREQUENCY], [0.0], [0.0], **how).field.item()
+    truth = mie.to_source(K, *mie.layer(K * 0.2625, LOSSY, K * 0.075))
+    assert abs(found - truth) < 0.01 * abs(truth)
+    assert abs(backscatter(LOSSY, 0.3) - truth) > 0.1 * abs(truth)
 
 
 def test_a_solid_target_reaches_its_field_and_its_store(pebble, tmp_path):

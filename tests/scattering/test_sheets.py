@@ -192,7 +192,7 @@ def test_parts_meet_at_a_seam(finned):
     # Measured: 6.6e-5 (it falls like 1 / Z), 0.55 and 0.39.
     assert np.abs(clear - metal).max() < 2e-4 * np.abs(metal).max()
     assert min(np.abs(plain - metal).max(), np.abs(plain - both).max()) > 0.2 * np.abs(both).max()
-    with pytest.raises(InputError, match="'impedance': the mesh is not symmetric about the plane xy: that of the tri"):
+    with pytest.raises(InputError, match="the materials are not symmetric about the plane xy: near"):
         solve(*finned, *ask, symmetry=["xy"], impedance=np.arange(len(triangles))[None])
 
 

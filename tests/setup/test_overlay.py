@@ -4,6 +4,7 @@ import pytest
 
 from isarflow.core.errors import InputError
 from isarflow.setup.config import ROOT, load, unnamed
+from isarflow.setup.overlay import merge
 
 KNOWN = {"mesh": "resources/cad/drone.stl", "role": "known"}
 MINE = {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["lr"]}
@@ -96,6 +97,13 @@ def test_each_of_several_overlays_is_laid_over_those_before():
     assert list(load(first, {"targets": {"[ab]*": None, "b": {}, "d": KNOWN}})["targets"]) == ["c", "b", "d"]
     with pytest.raises(InputError, match=r"targets\.d.*no 'd' here"):
         load(first, {"targets": {"d": None}})
+
+
+def test_another_material_of_a_part_leaves_the_rest_of_its_target():
+    first = {"targets": {"a": {"parts": {"s": {"mesh": "a.stl", "material": "abs"}}, "role": "known", "unit": "mm"}}}
+    for part, kept in (({"mesh": "a.stl"}, True), ({"mesh": "b.stl"}, False)):
+        merged = merge(first, {"targets": {"a": {"parts": {"s": part}}}})["targets"]["a"]
+        assert merged["parts"] == {"s": part} and ("unit" in merged) == kept
 
 
 @pytest.mark.parametrize("key", ["mesh", "field"])

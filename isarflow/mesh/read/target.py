@@ -154,7 +154,8 @@ def check_size(vertices, target, mesh, radar, name, precision="double"):
     if far > FARTHEST * size > 0:
         where = f"{far:.4g} m from the origin, which its phase refers to and its numbers are too short for"
         raise InputError(f"{name} is {size:.4g} m long but {where}. Move it there.")
-    hertz, stated, length = radar["center_frequency"], states_unit(name), target.get("length")
+    hertz, length = radar["center_frequency"], target.get("length")
+    stated = all(map(states_unit, files_of(target) or [name]))
     wavelength = C0 / hertz
     text = f"{size:.4g} m ({size / wavelength:.4g} wavelengths at the centre frequency, {hertz / 1e9:.4g} GHz)"
     box = np.ptp(vertices, axis=0) * (1 if length is None else length / size)

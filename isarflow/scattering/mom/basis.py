@@ -100,8 +100,10 @@ def fundamental_domain(vertices, triangles, symmetry, impedances=None):
             differs = (of_upper != of_lower[:, images]).any(0)
             if differs.any():
                 place = topology.place(corners[upper & ~inside][differs.argmax()].mean(0))
-                here = f"of the triangle near {place} is not that of its mirror image"
-                raise InputError(f"'impedance': the mesh is not symmetric about the plane {plane}: that {here}.")
+                raise InputError(
+                    f"the materials are not symmetric about the plane {plane}: near {place} the impedance is not that "
+                    "of the mirror image; leave the plane out of 'symmetry'."
+                )
     patches = _patches(corners[kept].mean(1), -(-kept.sum() // PATCH_TRIANGLES))
     order = np.flatnonzero(kept)[np.concatenate(patches)]
     axes, bounds = sorted({AXES[plane] for plane in symmetry}), np.cumsum([0, *map(len, patches)]).tolist()
