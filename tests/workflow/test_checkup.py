@@ -146,7 +146,7 @@ def config_of(folder, **targets):
     [
         ("beside", {"symmetry": ["xz"]}, r"beside.stl is not symmetric about y = 0.*leave this plane out"),
         ("open", {"formulation": "cfie"}, r"the mesh is open.*'formulation: cfie' needs closed surfaces"),
-        ("open", {"material": "abs"}, r"the mesh is open.*a solid body needs closed surfaces"),
+        ("open", {"material": "abs"}, r"the mesh is open.*A solid body needs closed surfaces"),
     ],
 )
 def test_a_target_that_its_keys_do_not_fit_is_refused_before_any_work(target, own, problem, tmp_path, monkeypatch):
