@@ -10,20 +10,11 @@ from scipy.spatial import cKDTree
 from isarflow.core.errors import InputError
 from isarflow.mesh import symmetry, topology
 from isarflow.mesh.ground import Ground
+from isarflow.mesh.read.target import is_metal
 
 MOST_SHARED = 20  # times the reach, squared: the most area on which two sheets may lie on each other, as beside a seam
 NOT_ON = 1e-3  # edges: the least distance of a hollow's wall from the outer one
 UNLIKE = 0.1  # of a part's area: the most whose mirror image is of another part than that of the rest
-
-
-def is_metal(part):
-    """Tell whether a part of a target, or a target, is a perfect conductor."""
-    return part.get("material", {"resistance": 0}).get("resistance") == 0
-
-
-def meshed(parts):
-    """The `parts` of a target without what a mesh does not depend on: numbers of materials, but not which is metal."""
-    return {name: {"mesh": part["mesh"]} | ({} if is_metal(part) else {"material": {}}) for name, part in parts.items()}
 
 
 class Parts:

@@ -12,7 +12,7 @@ from isarflow.core.sweep import images_are_made, snr_label
 from isarflow.imaging.geometry import PURE_NOISE
 from isarflow.learning.experiments import class_of, runs
 from isarflow.mesh.io import read_parts, read_ply
-from isarflow.mesh.parts import is_metal
+from isarflow.mesh.read.target import is_metal
 from isarflow.report.selection import KINDS, drawn, full_size, target_order
 from isarflow.report.thesis import DEFINITION
 from isarflow.report.vocabulary import PROTOCOLS, Names, select

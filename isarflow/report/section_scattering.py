@@ -5,7 +5,7 @@ import pandas as pd
 
 from isarflow.core.words import number, signed
 from isarflow.imaging.range_profiles import range_profiles
-from isarflow.mesh.parts import is_metal
+from isarflow.mesh.read.target import is_metal
 from isarflow.report.layout import Section, canvas, figure
 from isarflow.report.rcs_figures import cut_figure, draw_map
 from isarflow.scattering.fields.cuts import by_transmitter

@@ -8,8 +8,7 @@ from pathlib import Path
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import sweeps
 from isarflow.mesh.measures import ideal_unknowns
-from isarflow.mesh.parts import is_metal
-from isarflow.mesh.read.target import cad_of, files_of, states_unit
+from isarflow.mesh.read.target import cad_of, files_of, is_metal, states_unit
 from isarflow.mesh.resolution import COARSEST, wanted_edges
 from isarflow.scattering.machine import slowness
 from isarflow.scattering.materials import equation, index, is_solid

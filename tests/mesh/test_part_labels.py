@@ -14,7 +14,7 @@ from isarflow.core.sweep import C0
 from isarflow.mesh import topology
 from isarflow.mesh.build import write
 from isarflow.mesh.io import read_parts, read_ply, write_ply
-from isarflow.mesh.parts import meshed
+from isarflow.mesh.read.target import meshed
 
 CARD, METAL = {"material": {"resistance": 377.0}}, {}
 MESH, RADAR = {"edges_per_wavelength": 10, "bands": 1}, {"center_frequency": C0, "bandwidth": 0.0, "frequencies": 1}

@@ -30,7 +30,7 @@ from isarflow.core.kinds import page_names
 from isarflow.core.sweep import images_are_made, snr_label, why_no_images
 from isarflow.imaging.geometry import PURE_NOISE
 from isarflow.learning import experiments
-from isarflow.mesh.parts import meshed
+from isarflow.mesh.read.target import meshed
 from isarflow.mesh.read.target import cad_of, files_of
 from isarflow.report import selection
 from isarflow.scattering import needs

@@ -68,6 +68,16 @@ def files_of(target):
     return [part["mesh"] for _, part in sorted(target.get("parts", {"": target}).items()) if "mesh" in part]
 
 
+def is_metal(part):
+    """Tell whether a part of a target, or a target, is a perfect conductor."""
+    return part.get("material", {"resistance": 0}).get("resistance") == 0
+
+
+def meshed(parts):
+    """The `parts` of a target without what a mesh does not depend on: numbers of materials, but not which is metal."""
+    return {name: {"mesh": part["mesh"]} | ({} if is_metal(part) else {"material": {}}) for name, part in parts.items()}
+
+
 def read_target(path, target, mesh, radar, chord=0.0):
     """Read a target's surface: vertices (V, 3) in metres, triangles (T, 3), and planes at which a half was completed.
 
