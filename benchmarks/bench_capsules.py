@@ -12,10 +12,10 @@ import numpy as np
 import optax
 from runner import options_of
 
-from isarflow.learning.classifier import build
+from isarflow.learning.classifier import build_classifier
 from isarflow.learning.evaluation.timing import BATCH_IMAGES, cpu, time_batches
 from isarflow.learning.networks import capsules, convolution
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 
 SIDE, IMAGES, STEP = 32, 6460, 114  # pixels a side, training images of the reference experiment, and of its batches
 FEW = 8  # images of a step with XLA's convolution, which takes as long for each of more
@@ -63,7 +63,7 @@ def step_of(settings, convolve, count):
 
 def main():
     options = options_of(__doc__, repeats={"type": int, "default": 5})
-    small = load()["learning"]["models"]["capsule"]
+    small = load_config()["learning"]["models"]["capsule"]
     full = small | {"width": 256, "capsules": 32, "decoder": 512}
     print(f"{cpu()}, {options.threads} threads; images of {SIDE} x {SIDE}; milliseconds an image, medians")
     titles = ("network", "weights", "train", "slices", "XLA", "epoch", "alone", f"in {BATCH_IMAGES}")
@@ -77,7 +77,7 @@ def main():
         ways = (convolution.convolve, STEP), (convolution.by_slices, STEP), (xla, FEW)
         steps = [step_of(settings, *way) for way in ways]
         ours, slices, theirs = np.median([[step() for step in steps] for _ in range(options.repeats)], axis=0) * 1e3
-        model = build("capsule", settings | {"epochs": 1, "batch": 114}, 0).fit(images[:256], labels[:256])
+        model = build_classifier("capsule", settings | {"epochs": 1, "batch": 114}, 0).fit(images[:256], labels[:256])
         size = sum(value.size for value in model._weights().values())
         times = [time_batches(model.predict, images, count) for count in (1, BATCH_IMAGES)]
         alone, batch = (one["milliseconds_per_observation"] for one in times)

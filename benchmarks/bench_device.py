@@ -22,7 +22,7 @@ from isarflow.core.sweep import sweeps
 from isarflow.scattering import needs
 from isarflow.scattering.band import solve_band
 from isarflow.scattering.solve import PARTS
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
 RESULTS, FIELDS, TABLE = Path("results/fields"), Path("resources/fields"), Path("results/benchmarks/device.csv")
@@ -30,7 +30,7 @@ RESULTS, FIELDS, TABLE = Path("results/fields"), Path("resources/fields"), Path(
 
 def main():
     options = options_of(__doc__, bands={"positional": True, "nargs": "+", "metavar": "TARGET-BAND"})
-    config = load(*map(read_yaml, ("config/thesis.yaml", "config/fields.yaml")))
+    config = load_config(*map(read_yaml, ("config/thesis.yaml", "config/fields.yaml")))
     of_bands = sweeps(config["radar"], config["aspect"], config["mesh"]["bands"], config["scattering"])
     for name in options.bands:
         if (RESULTS / "scattering" / "bands" / f"{name}.zarr" / SUMS).exists():

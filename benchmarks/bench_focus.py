@@ -20,7 +20,7 @@ import xarray as xr
 
 from isarflow.core.sweep import C0
 from isarflow.imaging import focusing
-from isarflow.imaging.formation import apertures, build
+from isarflow.imaging.formation import apertures, build_imager
 from isarflow.imaging.scatterers import Scatterers, waves
 
 SWEEPS = {  # Hz, rad: of config/thesis.yaml and config/config.yaml
@@ -92,7 +92,9 @@ def moved(samples, frequency, angle, motion, snr_db, random):
 
 def magnitudes(samples, frequency, angle):
     """Magnitudes of fine images, (images, channels * pixels)."""
-    image = build(frequency, angle, FINE).on_axes(samples.reshape(-1, len(frequency), len(angle)).astype(np.complex64))
+    image = build_imager(frequency, angle, FINE).on_axes(
+        samples.reshape(-1, len(frequency), len(angle)).astype(np.complex64)
+    )
     return np.abs(image).reshape(len(samples), -1)
 
 
@@ -115,7 +117,7 @@ def rows(case, samples, sweep, motions, snr_db):
         stated = dict(zip(("drift", "jitter", "lost"), motion, strict=True))
         for name, focus in METHODS.items():
             start = time.process_time()
-            focused = focusing.build(*sweep, {"focus": focus}).focus(with_errors, present)
+            focused = focusing.build_focusing(*sweep, {"focus": focus}).focus(with_errors, present)
             rate = len(samples) / max(time.process_time() - start, 1e-3)
             sharp, alike = judged(magnitudes(focused, *sweep), still, truth)
             found = {"sharp": sharp.mean(), "alike": np.median(alike), "rate": rate if name != "none" else np.nan}
@@ -128,10 +130,12 @@ def draw(draws, path):
     sweep, samples = SWEEPS["full size"], of_target(target, draws)
     with_errors, without, present = moved(samples, *sweep, motion, 12, np.random.default_rng(3))
     shown = {"without motion": without} | {
-        {"none": "with motion"}.get(name, name): focusing.build(*sweep, {"focus": focus}).focus(with_errors, present)
+        {"none": "with motion"}.get(name, name): focusing.build_focusing(*sweep, {"focus": focus}).focus(
+            with_errors, present
+        )
         for name, focus in METHODS.items()
     }
-    imager = build(*sweep, FINE)
+    imager = build_imager(*sweep, FINE)
     down, cross = imager.axes()
     figure, axes = plt.subplots(1, len(shown), figsize=(13, 3.1), layout="constrained", sharey=True)
     for ax, (title, of) in zip(axes, shown.items(), strict=True):

@@ -14,7 +14,7 @@ from habits_made import HABITS
 from runner import options_of, show
 
 from isarflow.core.errors import InputError
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.mesh.io import write_ply
 
 OUTPUT = Path("results/benchmarks")
@@ -29,7 +29,7 @@ def meshed(name, path):
     radar = {"center_frequency": habit.frequency * 1e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
     row, start, fault = {"habit": name}, time.process_time(), None
     try:
-        _, measures = build(path, {"unit": "m", "symmetry": list(habit.symmetry)}, MESH, radar)
+        _, measures = build_meshes(path, {"unit": "m", "symmetry": list(habit.symmetry)}, MESH, radar)
     except InputError as error:
         fault = str(error)
     row["seconds"] = time.process_time() - start

@@ -17,7 +17,7 @@ import pandas as pd
 from runner import options_of
 from scipy.ndimage import map_coordinates, maximum_filter
 
-from isarflow.imaging.formation import build
+from isarflow.imaging.formation import build_imager
 from isarflow.imaging.scatterers import Scatterers, slopes, waves
 
 FREQUENCY, ANGLE = np.linspace(4.05e9, 7.05e9, 27), np.radians(360 / 242) * (np.arange(21) - 10)
@@ -169,7 +169,7 @@ def main():
     options = options_of(__doc__, draws={"type": int, "default": 100})
     table, missing, times = [], [], []
     for name, settings in IMAGERS.items():
-        imager = build(FREQUENCY, ANGLE, {"aperture": len(ANGLE), **settings})
+        imager = build_imager(FREQUENCY, ANGLE, {"aperture": len(ANGLE), **settings})
         times.append({"imager": name, "seconds": seconds(imager, np.random.default_rng(2))})
         random = np.random.default_rng(0)  # the same pairs for every imager
         for snr in SNRS:

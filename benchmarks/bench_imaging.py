@@ -18,7 +18,7 @@ from runner import options_of
 
 from isarflow.core.sweep import C0, azimuths, elevations, frequencies, snr_label
 from isarflow.scattering.fields.store import write_field
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
 NAME = "bench_imaging"
@@ -52,7 +52,7 @@ def disk_rate(path, megabytes=2000):
 
 def main():
     options = options_of(__doc__, config={"default": "config/thesis.yaml"})
-    config = load(read_yaml(options.config))
+    config = load_config(read_yaml(options.config))
     shutil.rmtree(FOLDER, ignore_errors=True)
     fields = Path("results", f"{NAME}_fields")
     fields.mkdir(parents=True, exist_ok=True)

@@ -22,10 +22,10 @@ from runner import options_of, show
 from sklearn.metrics import roc_auc_score
 
 from isarflow.core.sweep import azimuths, elevations, frequencies
-from isarflow.learning.classifier import OTHER, build
+from isarflow.learning.classifier import OTHER, build_classifier
 from isarflow.learning.data.split import Division, apart, by_family
 from isarflow.scattering.fields.given_store import read_store
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
 DRAWS, SNR = (1, 2, 3), 12  # which are folds, too; dB of the mean power of VV
@@ -79,7 +79,7 @@ def row(config, case):
     of_kind = settings.pop("kind", method)
     if "epochs" in settings:
         settings["epochs"] = round(PASSES / len(labels))
-    model = build(of_kind, settings, config["seed"])
+    model = build_classifier(of_kind, settings, config["seed"])
     model.noise = images.of_noise(random)
     model.fit(np.concatenate(parts), labels)
 
@@ -157,7 +157,7 @@ def draw_figure(table, path):
 def main():
     options = options_of(__doc__, blas_threads=1)
     path = options.out / "kinds-growth.csv"
-    config = load(read_yaml("config/families-fields.yaml"), read_yaml("config/kinds.yaml"))
+    config = load_config(read_yaml("config/families-fields.yaml"), read_yaml("config/kinds.yaml"))
     done = pd.read_csv(path, dtype={"value": str}) if path.exists() else pd.DataFrame(columns=KEY)
     finished = {*done[KEY].astype(str).itertuples(index=False, name=None)}
     left = [case for case in cases() if tuple(map(str, case.values())) not in finished]

@@ -8,7 +8,7 @@ import numpy as np
 import yaml
 from runner import options_of
 
-from isarflow.learning.classifier import build
+from isarflow.learning.classifier import build_classifier
 from isarflow.learning.evaluation.timing import BATCH_IMAGES, cpu, time_batches
 from isarflow.setup.config import BASE
 
@@ -27,7 +27,7 @@ def main():
     print(f"{cpu()}, {threads} threads; milliseconds an image")
     print(f"{'model':16} {'alone':>9} {f'in {BATCH_IMAGES}':>9} {'thesis':>9}")
     for name in MODELS:
-        model = build(name, settings[name], 0).fit(images[:IMAGES], labels)
+        model = build_classifier(name, settings[name], 0).fit(images[:IMAGES], labels)
         times = [time_batches(model.predict, images[IMAGES:], size) for size in (1, BATCH_IMAGES)]
         alone, batch = (one["milliseconds_per_observation"] for one in times)
         print(f"{name:16} {alone:9.4f} {batch:9.4f} {PUBLISHED.get(name, float('nan')):9.4f}")

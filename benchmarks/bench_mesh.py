@@ -14,7 +14,7 @@ from runner import options_of, show
 from vehicles_made import drawn
 
 from isarflow.core.errors import InputError
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.mesh.io import write_ply
 
 OUTPUT = Path("results/benchmarks")
@@ -28,7 +28,7 @@ def meshed(number, path):
     radar = {"center_frequency": gigahertz * 1e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
     start, row = time.process_time(), {"vehicle": number, "kind": ("aircraft", "quadrotor", "missile")[number % 3]}
     try:
-        _, measures = build(path, {"unit": "m"}, MESH, radar)
+        _, measures = build_meshes(path, {"unit": "m"}, MESH, radar)
     except InputError as error:
         return row | {"gigahertz": gigahertz, "seconds": time.process_time() - start, "refused": str(error)}
     (band,) = measures["bands"]

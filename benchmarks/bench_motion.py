@@ -23,7 +23,7 @@ from isarflow.imaging.formation import apertures
 from isarflow.imaging.geometry import focus_of
 from isarflow.imaging.motion import Motion, displaced, draw
 from isarflow.imaging.noise import signal_power, white_noise
-from isarflow.learning.classifier import OTHER, build
+from isarflow.learning.classifier import OTHER, build_classifier
 from isarflow.learning.data.features import of_peak_one
 from isarflow.learning.data.moves import Moves
 from isarflow.learning.data.split import Division, split
@@ -84,7 +84,7 @@ class Sweep:
 
     def fitted(self):
         """The likelihood, of the views that train."""
-        model, samples = build("likelihood", LIKELIHOOD, 0), self.samples["train"]
+        model, samples = build_classifier("likelihood", LIKELIHOOD, 0), self.samples["train"]
         _, channels, count = samples.shape
         noise = white_noise(np.ones(NOISES * channels), count, np.random.default_rng(2))
         model.noise = self.still.images(noise.reshape(NOISES, channels, count).astype(np.complex64))

@@ -22,7 +22,7 @@ from isarflow.mesh.io import read_ply
 from isarflow.scattering import needs
 from isarflow.scattering.costs import at_one_frequency, chosen_tolerance
 from isarflow.scattering.solve import PARTS, solve
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
 
@@ -30,7 +30,7 @@ def main():
     asked = {"nargs": "+", "help": "of the config, unless given"}
     whole = {"action": "store_true", "help": "with whole matrices, too"}
     options = options_of(__doc__, config={"default": "config/thesis.yaml"}, polarizations=asked, whole=whole)
-    config = load(read_yaml(options.config))
+    config = load_config(read_yaml(options.config))
     if options.polarizations:
         config["radar"]["polarizations"] = options.polarizations
     folder = Path("results", config["name"], "mesh")

@@ -32,12 +32,12 @@ from isarflow.learning.classifier import OTHER
 from isarflow.learning.data.split import divisions, split
 from isarflow.learning.evaluation import thresholds
 from isarflow.learning.networks import capsules
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
 OUT, KEPT = Path("results/benchmarks/capsule_training.csv"), Path("resources/results/capsule_training.csv")
-CONFIG = load(*map(read_yaml, ("config/thesis.yaml", "config/thesis-fields.yaml")))
-TARGETS = load(read_yaml("config/fields.yaml"))["targets"]  # all of the dataset
+CONFIG = load_config(*map(read_yaml, ("config/thesis.yaml", "config/thesis-fields.yaml")))
+TARGETS = load_config(read_yaml("config/fields.yaml"))["targets"]  # all of the dataset
 KNOWN, UNKNOWN, REALIZATIONS = ("drone", "missile"), ("aircraft", "ufo"), 3
 MODEL = CONFIG["learning"]["models"]["capsule"]
 SNRS = 24, 15, 6, 0, -3, -6  # dB, of the images judged

@@ -6,7 +6,7 @@ import pandas as pd
 from isarflow.imaging.formation import apertures, form_images
 from isarflow.imaging.geometry import imager_of
 from isarflow.imaging.noise import signal_power, white_noise
-from isarflow.learning.classifier import build
+from isarflow.learning.classifier import build_classifier
 from isarflow.learning.predict import classify
 
 TARGETS = ("drone", "missile", "aircraft", "ufo", "trihedral")  # of the reference experiment
@@ -68,7 +68,7 @@ def recognised(library, tested, models, snrs, step=1, drawn=12):
     training = np.concatenate([library.of(target, known, every) for target in targets])
     noise, rows = library.of_noise(np.random.default_rng(2)), []
     for name, (kind, settings) in models.items():
-        model = build(kind, settings, 0)
+        model = build_classifier(kind, settings, 0)
         model.noise = noise if model.learns_noise else None
         model.fit(training, np.repeat(targets, every.size))
         for (test, snr), of in images.items():

@@ -17,7 +17,7 @@ from stored import dense
 from test_truth import ANGLES, pattern
 
 from isarflow.core.sweep import C0
-from isarflow.imaging.formation import build
+from isarflow.imaging.formation import build_imager
 from isarflow.imaging.point_response import point_response
 from isarflow.scattering.directions import directions
 from isarflow.scattering.mom.assembly import Entries, assemble
@@ -191,7 +191,7 @@ def point(path):
     figure, axes = plt.subplots(2, 3, figsize=(9.5, 6.5), layout="constrained", sharex=True, sharey=True)
     rows = []
     for column, reformat in enumerate(("none", "polar", "exact")):
-        imager = build(frequency, angle, imaging | {"reformat": reformat})
+        imager = build_imager(frequency, angle, imaging | {"reformat": reformat})
         down, cross = (np.linspace(axis[0], -axis[0], 161) for axis in imager.axes())
         form = imager.at(down, cross)
         for ax, (words, (r, c)) in zip(axes[:, column], PLACES.items(), strict=True):

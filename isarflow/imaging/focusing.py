@@ -135,7 +135,7 @@ def summit(values: np.ndarray) -> np.ndarray:
     return best + np.divide(after - before, 2 * bend, out=np.zeros(best.shape), where=bend > 0)
 
 
-def build(frequency: np.ndarray, angle: np.ndarray, imaging: Mapping[str, Any]) -> Focusing:
+def build_focusing(frequency: np.ndarray, angle: np.ndarray, imaging: Mapping[str, Any]) -> Focusing:
     """The focus method of a config's section `imaging`. InputError where it cannot be imported, or is no Focusing."""
     method, settings = of_focus(imaging)
     focus = load_class(FOCUS, method, Focusing)

@@ -89,7 +89,7 @@ class Formation:
         return []
 
 
-def build(frequency: np.ndarray, angle: np.ndarray, imaging: Mapping[str, Any]) -> Formation:
+def build_imager(frequency: np.ndarray, angle: np.ndarray, imaging: Mapping[str, Any]) -> Formation:
     """The imager of a config's section `imaging`: class `Imager` of imagers/<imaging.imager>.py.
 
     InputError where it cannot be imported, where its Imager is no Formation, and where this geometry makes no image.
@@ -124,7 +124,7 @@ def form_images(imager: Formation, samples: np.ndarray) -> tuple[np.ndarray, np.
     image (a symmetric target, cross-polarized) stays zero.
 
     Parameters:
-        imager: as of `build`
+        imager: as of `build_imager`
         samples: (images, [channel,] F * A), as of `apertures`
 
     Returns:
@@ -137,7 +137,7 @@ def form_images(imager: Formation, samples: np.ndarray) -> tuple[np.ndarray, np.
 
     >>> frequency, angle = np.linspace(9e9, 11e9, 15), np.radians(np.linspace(-6, 6, 15))
     >>> settings = {"imager": "fourier", "window": "hamming", "reformat": "polar", "upsample": "none"}
-    >>> imager = build(frequency, angle, settings)
+    >>> imager = build_imager(frequency, angle, settings)
     >>> echo = np.exp(4j * np.pi / C0 * 0.5 * np.outer(frequency, np.cos(angle)))
     >>> images, peaks = form_images(imager, echo.reshape(1, -1))
     >>> row, column = np.unravel_index(abs(images[0]).argmax(), images[0].shape)

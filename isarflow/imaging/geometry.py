@@ -15,7 +15,7 @@ from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, closes_circle
 from isarflow.imaging import focusing
-from isarflow.imaging.formation import BYTES, build, resolution
+from isarflow.imaging.formation import BYTES, build_imager, resolution
 
 PURE_NOISE = "pure-noise"  # used in place of a target's name; the dash keeps it from being one
 LEAST_COSINE = 0.1  # of an elevation; steeper ones leave no cross-range
@@ -51,7 +51,7 @@ def centres(azimuth, aperture):
 
 def imager_of(frequency, azimuth, imaging):
     """The imager of a sweep (frequency in Hz, azimuth in degrees). InputError if it can make no image."""
-    return build(frequency, _angles(azimuth, imaging["aperture"]), imaging)
+    return build_imager(frequency, _angles(azimuth, imaging["aperture"]), imaging)
 
 
 def focus_of(frequency, azimuth, imaging):
@@ -59,7 +59,7 @@ def focus_of(frequency, azimuth, imaging):
 
     See `focusing.Focusing.focus`. Clean images and those of noise alone are formed without it.
     """
-    method = focusing.build(frequency, _angles(azimuth, imaging["aperture"]), imaging)
+    method = focusing.build_focusing(frequency, _angles(azimuth, imaging["aperture"]), imaging)
 
     def focus(samples, present=None):
         apart = samples.reshape(*samples.shape[:2], len(frequency), -1)

@@ -167,7 +167,7 @@ class Classifier:
         return self
 
 
-def build(kind: str, settings: Mapping[str, Any], seed: int) -> Classifier:
+def build_classifier(kind: str, settings: Mapping[str, Any], seed: int) -> Classifier:
     """An unfitted model: class `Model` of models/<kind>.py.
 
     Raises InputError as of `load_class`, and when the model asks for a setting that is not there.
@@ -181,10 +181,10 @@ def config_of(folder: str | Path) -> dict[str, Any]:
     return json.loads((Path(folder) / CONFIG).read_text())
 
 
-def load(folder: str | Path) -> Classifier:
+def load_classifier(folder: str | Path) -> Classifier:
     """The fitted model of a folder."""
     config = config_of(folder)
-    model = build(config["kind"], config["settings"], config["seed"])
+    model = build_classifier(config["kind"], config["settings"], config["seed"])
     model.moves = moves_of(config["run"])
     return model.load(Path(folder))
 

@@ -9,7 +9,7 @@ import pandas as pd
 from tqdm import tqdm
 
 from isarflow.core.errors import InputError
-from isarflow.learning.classifier import OTHER, Outcome, config_of, load
+from isarflow.learning.classifier import OTHER, Outcome, config_of, load_classifier
 from isarflow.learning.conformance import describe, of_outcome, refuse
 from isarflow.learning.data import images
 from isarflow.learning.data.split import LEFT_OUT
@@ -37,7 +37,7 @@ def predict(stores, tested, folder, outputs):
     other are classified at the validation views only. In an open run at random the training views of the known ones
     are, too, if the model can leave their own aspects out of its library.
     """
-    model, config = load(folder), config_of(folder)
+    model, config = load_classifier(folder), config_of(folder)
     divided = images.divide(stores, tested.planes, config["run"])
     for output in tqdm(sorted(map(Path, outputs)), unit="SNR", desc="predicting", leave=False):
         at_snr = [store for store in stores if Path(store).stem == output.stem]

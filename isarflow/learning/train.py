@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from isarflow.learning import conformance
-from isarflow.learning.classifier import ANY_SNR, CONFIG, OTHER, SPLIT, build, choices
+from isarflow.learning.classifier import ANY_SNR, CONFIG, OTHER, SPLIT, build_classifier, choices
 from isarflow.learning.data import images
 from isarflow.learning.data.moves import moves_of
 from isarflow.learning.data.split import Division
@@ -54,19 +54,19 @@ def train(stores, training, folder, checkpoints=None):
     # Every model has its own random numbers, independent of the rest of the config.
     seed = int(np.random.SeedSequence([training.seed, *f"{run['name']}/{name}".encode()]).generate_state(1)[0])
     divided = images.divide(stores, training.planes, run)
-    learns_noise = build(kind, choices(training.settings)[0], seed).learns_noise
+    learns_noise = build_classifier(kind, choices(training.settings)[0], seed).learns_noise
     learned, noise, aspects = _read(stores, training, divided, "train", learns_noise)
     held_out, *_ = _read(stores, training, divided, "validation", learns_noise)
 
     who = conformance.describe(name, run["name"], kind)
     model, best, search, moves = None, -1.0, [], moves_of(run)
     every_choice, shown, shown_aspects = choices(training.settings), (learned, held_out), aspects
-    if moves and not build(kind, every_choice[0], seed).searches:
+    if moves and not build_classifier(kind, every_choice[0], seed).searches:
         seen = training.seed, run["name"], name
         shown = _moved(moves, learned, COPIES, *seen), _moved(moves, held_out, 1, *seen)
         shown_aspects = aspects[_shown(learned.snrs, COPIES)]
     for settings in every_choice:
-        candidate = build(kind, settings, seed)
+        candidate = build_classifier(kind, settings, seed)
         candidate.checkpoints, candidate.noise = checkpoints, noise
         candidate.aspects, candidate.moves, candidate.beside = shown_aspects, moves, folder.parent
         _fit(candidate, *shown, run["random_snr"], who)
@@ -77,7 +77,7 @@ def train(stores, training, folder, checkpoints=None):
 
     folder.mkdir(parents=True, exist_ok=True)
     model.save(folder)
-    fresh = build(kind, model.settings, seed)
+    fresh = build_classifier(kind, model.settings, seed)
     fresh.moves = moves
     conformance.refuse(who, conformance.of_restored(model, fresh, folder, held_out.images))
     if model.curve_ is not None:

@@ -77,11 +77,11 @@ def mesh_file(
         check_word("unit", unit, UNITS)
     target = {"symmetry": list(symmetry)} | ({"unit": unit} if unit else {})
     radar = {"center_frequency": frequency, "bandwidth": 0.0, "frequencies": 1}
-    (made,), _ = build(path, target, {"edges_per_wavelength": edges_per_wavelength, "bands": 1}, radar)
+    (made,), _ = build_meshes(path, target, {"edges_per_wavelength": edges_per_wavelength, "bands": 1}, radar)
     return made
 
 
-def load(path, target, mesh, radar, precision="double"):
+def load_source(path, target, mesh, radar, precision="double"):
     """The Source of a target. `target`, `mesh` and `radar` are those parts of the config.
 
     Raises InputError for an unusable file, an implausible size, too little symmetry, or one too small for `precision`.
@@ -157,13 +157,13 @@ def _whole(half, source, edge, axes):
     return vertices, triangles
 
 
-def build(path, target, mesh, radar):
-    """Meshes [(vertices, triangles), ...], lowest band first, and their measures; arguments and errors as of `load`."""
-    return build_bands(load(path, target, mesh, radar), path, target, mesh, radar)
+def build_meshes(path, target, mesh, radar):
+    """Meshes [(vertices, triangles), ...], lowest band first, and their measures. Arguments: see `load_source`."""
+    return build_bands(load_source(path, target, mesh, radar), path, target, mesh, radar)
 
 
 def build_bands(source, path, target, mesh, radar):
-    """`build` from a target's Source."""
+    """`build_meshes` from a target's Source."""
     symmetric = list(target.get("symmetry", []))
     meshes, measures, edges = [], [], wanted_edges(mesh, radar, source.measures["box"])
     bands = sweep.bands(radar, mesh["bands"])
@@ -299,10 +299,10 @@ def _diagnosis(place, source, edge):
 
 
 def write(path, settings, measures_path, source_path, mesh_paths):
-    """Write the meshes of the target in a CAD file, their measures, and the source. settings: arguments of `load`."""
+    """Write the meshes of a CAD file's target, their measures, and the source. settings: those of `load_source`."""
     begin(path)
     say("read and repair the CAD file")
-    source = load(path, **settings)
+    source = load_source(path, **settings)
     names = sorted(settings["target"].get("parts", {}))
     write_ply(source_path, source.vertices, source.triangles, source.part, names)
     meshes, measures = build_bands(source, path, **settings)

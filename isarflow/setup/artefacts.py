@@ -23,7 +23,7 @@ STARTING = 400  # MB
 class Plan:
     """The artefacts of a config.
 
-    config: as `config.load` gives it; `further_seeds` and `compare` are taken out of it.
+    config: as `config.load_config` gives it; `further_seeds` and `compare` are taken out of it.
     results: its folder, results/<name>; fields: that of meshes and fields, of this run or of the one that has them.
     targets, meshed, given: names of all, of those that are a mesh, which is solved, and of fields from elsewhere.
     seeded: the config for each of its seeds, by the folder of what follows from the seed: of further seeds one in the

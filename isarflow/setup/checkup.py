@@ -6,7 +6,7 @@ from isarflow.core.errors import InputError, refusal
 from isarflow.core.sweep import bands, frequencies
 from isarflow.core.words import counted
 from isarflow.mesh import symmetry, topology
-from isarflow.mesh.build import load
+from isarflow.mesh.build import load_source
 from isarflow.mesh.ground import Ground, from_mirror_image
 from isarflow.mesh.read.target import UNITS, cad_of, files_of, read_target, states_unit
 from isarflow.mesh.resolution import wanted_edges
@@ -26,7 +26,7 @@ def checkup(config, name):
     try:
         vertices, triangles = topology.compact(*read_target(cad_of(target), target, mesh, radar)[:2])
         lines += [*_sizes(vertices, triangles, target), _symmetry(vertices, triangles, target, radar)]
-        source = load(cad_of(target), target, mesh, radar, needs.precision(config))
+        source = load_source(cad_of(target), target, mesh, radar, needs.precision(config))
     except InputError as error:
         return [*lines, f"{REFUSED} {error}"]
     lines += [f"  repairs: {counted(source.repairs) or 'none needed'}", _closed(source)]

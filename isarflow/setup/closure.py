@@ -25,7 +25,7 @@ def closure(script):
 
     Modules of other packages do not count, but those beside a file that is not in the package do. The files are read,
     not run. A module that is imported by a name made at run time is not seen: the caller names its file beside the
-    script (as `learning.classifier.build` does for models). InputError if one is not Python.
+    script (as `learning.classifier.build_classifier` does for models). InputError if one is not Python.
     """
     files, new = set(), {Path(script)}
     while new:

@@ -26,7 +26,7 @@ EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
 LONGEST_NAME = 96  # characters of a file's name in that of its run: four more may come before it
 
 
-def load(*overlays):
+def load_config(*overlays):
     """The full, checked config: config/config.yaml with each of the overlays, mappings, laid over it in turn.
 
     `seed` is the first of its seeds, where it has several; the others are noted as `further_seeds`.

@@ -152,10 +152,10 @@ def _size(config, name, mesh_json):
     vertices, triangles = topology.compact(vertices, triangles)
     check_size(vertices, target, mesh, config["radar"], label, needs.precision(config))
     if len(triangles) <= LOOKED_AT and _is_doubtful(config, name, vertices, triangles):
-        from isarflow.mesh.build import load  # with MeshLab, which takes long to load
+        from isarflow.mesh.build import load_source  # with MeshLab, which takes long to load
         from isarflow.setup.checkup import check_formulation
 
-        check_formulation(config, name, load(label, target, mesh, config["radar"]))
+        check_formulation(config, name, load_source(label, target, mesh, config["radar"]))
     near, planes = in_plane(vertices, triangles, mesh, config["radar"]), target.get("symmetry", [])
     halved = [*halves.sentences(vertices, triangles, completed, planes, near)]
     return measures.size(vertices, triangles) | {"halves": halved}

@@ -12,7 +12,7 @@ from PIL import Image
 
 from isarflow.core.folders import ROOT
 from isarflow.mesh.families import solid
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
 ROLES = {"known": "#4477aa", "unknown": "#cc6677", "other": "#999933"}
@@ -79,7 +79,7 @@ def paint(picture, targets):
 
 def paint_families():
     """Draw a model of each kind into docs/img/families.png."""
-    targets = load(read_yaml(ROOT / FAMILIES))["targets"]
+    targets = load_config(read_yaml(ROOT / FAMILIES))["targets"]
     models = [target for target in targets.values() if target["family"]["number"] == 1]
     rows = -(-len(models) // SMALL)
     figure = plt.figure(figsize=(12, 2.1 * rows))

@@ -29,7 +29,7 @@ from isarflow.scattering.costs import chosen_tolerance, planned
 from isarflow.scattering.fields.field_files import digest
 from isarflow.scattering.needs import memory_megabytes
 from isarflow.scattering.solve import solve
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
 HERE = Path(__file__).parent
@@ -45,7 +45,7 @@ def main():
     parser.add_argument("--frequencies", type=int, nargs="+", default=[0, 13, 26], help="their numbers")
     parser.add_argument("--references", nargs="+", choices=REFERENCES, default=REFERENCES)
     options = parser.parse_args()
-    config, path = load(*map(read_yaml, CONFIG)), HERE / "accuracy.csv"
+    config, path = load_config(*map(read_yaml, CONFIG)), HERE / "accuracy.csv"
     rows = pd.read_csv(path).to_dict("records") if path.exists() else []
     targets = options.targets or [name for name in config["targets"] if (HERE / f"{name}.zarr").exists()]
     for reference in options.references:

@@ -29,7 +29,7 @@ from isarflow.learning.evaluation.timing import cpu
 from isarflow.scattering import needs
 from isarflow.scattering.fields.field_files import digest
 from isarflow.scattering.fields.store import join_bands
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
 HERE = Path(__file__).parent
@@ -46,7 +46,7 @@ def main():
     steps = {step.__name__: step for step in (missing, keep, publish, splits, card)}
     parser.add_argument("what", choices=steps)
     options = parser.parse_args()
-    config = load(*map(read_yaml, CONFIG))
+    config = load_config(*map(read_yaml, CONFIG))
     steps[options.what](config, Path("results", config["name"]))
 
 

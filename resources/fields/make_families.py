@@ -25,7 +25,7 @@ from isarflow.learning.evaluation.timing import cpu
 from isarflow.mesh.families import stated_values
 from isarflow.scattering.fields.field_files import digest
 from isarflow.scattering.fields.given_store import read_store
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
 HERE = Path(__file__).parent / "families"
@@ -40,7 +40,7 @@ def main():
     steps = {step.__name__: step for step in (missing, keep, accuracy, card)}
     parser.add_argument("what", choices=steps)
     options = parser.parse_args()
-    config = load(read_yaml(CONFIG))
+    config = load_config(read_yaml(CONFIG))
     steps[options.what](config, Path("results", config["name"]))
 
 
@@ -116,7 +116,7 @@ def _processor_seconds(results, job):
 
 
 def accuracy(config, results):
-    finer, rows = load(read_yaml(CONFIG), read_yaml(HERE / "finer.yaml")), []
+    finer, rows = load_config(read_yaml(CONFIG), read_yaml(HERE / "finer.yaml")), []
     assert finer["mesh"]["edges_per_wavelength"] == FINER
     for path in sorted(Path("results", finer["name"], "scattering").glob("*.zarr")):
         whole = stores.open_store(path).load()

@@ -21,7 +21,7 @@ from recognition import ROOT, head, keep, put, whole
 
 from isarflow.learning.classifier import OTHER
 from isarflow.mesh.families import solid
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
 OTHERS = {"novel": "of kinds that never trained", "seen": "of kinds that trained, other models"}
@@ -68,7 +68,7 @@ def draw(confusion, path):
     """Draw what images of each kind are taken for, by the split `novel`, with a picture of a model of each."""
     rows = confusion[(confusion["split"] == "family, novel others") & (confusion["model"] == SHOWN)]
     rows = rows[(rows["threshold"] == "blind") & (rows["test_snr_db"] == SHOWN_SNR) & (rows["elevation"] == "all")]
-    targets = load(read_yaml(ROOT / picture.FAMILIES))["targets"]
+    targets = load_config(read_yaml(ROOT / picture.FAMILIES))["targets"]
     rows = rows.assign(kind=rows["target"].map(lambda name: targets[name]["kind"]))
     shares = rows.pivot_table(index="kind", columns="predicted", values="count", aggfunc="sum")
     shares = shares.div(shares.sum(axis=1), axis=0)[[*COLORS]]

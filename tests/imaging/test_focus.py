@@ -60,11 +60,11 @@ class Scene:
         return (samples + np.sqrt(power / 2) * noise).astype(np.complex64)
 
     def focused(self, focus, samples, present=None):
-        return focusing.build(self.frequency, self.angle, {"focus": focus}).focus(samples, present)
+        return focusing.build_focusing(self.frequency, self.angle, {"focus": focus}).focus(samples, present)
 
     def judged(self, samples):
         """The peak in dB and the entropy of each image, all channels together, on a fine grid."""
-        imager = formation.build(self.frequency, self.angle, FINE)
+        imager = formation.build_imager(self.frequency, self.angle, FINE)
         power = np.abs(imager.on_axes(samples.reshape(-1, len(self.frequency), len(self.angle)))) ** 2
         power = power.reshape(IMAGES, -1)
         share = power / power.sum(axis=1, keepdims=True)
@@ -112,7 +112,7 @@ def test_a_drift_of_many_cells_is_undone_after_alignment():
 def test_range_profiles_are_aligned_to_a_tenth_of_a_cell(size):
     scene = Scene(size, 1)
     errors = scene.random.uniform(-2, 2, (IMAGES, len(scene.angle))) * scene.cells.cell[0]
-    method = focusing.build(scene.frequency, scene.angle, {"focus": "entropy"})
+    method = focusing.build_focusing(scene.frequency, scene.angle, {"focus": "entropy"})
     present = np.ones(errors.shape, bool)
     rest = (method.aligned(scene.noisy(scene.moved(errors), 15), present) - errors) / scene.cells.cell[0]
     # Profiles are aligned with each other: a constant is open, and what is a displacement.

@@ -5,7 +5,7 @@ import pytest
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0
-from isarflow.imaging.formation import Formation, apertures, build, form_images
+from isarflow.imaging.formation import Formation, apertures, build_imager, form_images
 from isarflow.imaging.geometry import imager_of, project
 from isarflow.imaging.imagers import fourier
 
@@ -200,9 +200,9 @@ def test_beyond_the_unambiguous_extent_folds_over(image_of, narrow):
 def test_impossible_geometry_is_refused():
     imaging = {"imager": "fourier", "aperture": 5, "window": "hamming", "reformat": "polar", "upsample": "none"}
     with pytest.raises(InputError, match=r"imaging\.reformat"):
-        build(np.array([1e9, 1.01e9]), np.radians([-20, -10, 0, 10, 20]), imaging).axes()
+        build_imager(np.array([1e9, 1.01e9]), np.radians([-20, -10, 0, 10, 20]), imaging).axes()
     with pytest.raises(InputError, match=r"imaging\.window"):
-        build(np.array([1e9, 2e9]), np.radians([-1, 0, 1]), imaging | {"aperture": 3, "window": "hann"})
+        build_imager(np.array([1e9, 2e9]), np.radians([-1, 0, 1]), imaging | {"aperture": 3, "window": "hann"})
 
 
 def test_apertures_wrap_round_the_circle():

@@ -4,7 +4,7 @@ import numpy as np
 
 from isarflow.imaging.formation import apertures
 from isarflow.imaging.geometry import imager_of, project
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.scattering.solve import solve
 
 RADAR = {"center_frequency": 1.5e9, "bandwidth": 1.0e9, "frequencies": 9, "polarizations": ["VV"]}
@@ -14,7 +14,7 @@ AXIS = np.degrees(np.arctan(0.5**0.5))  # elevation at which a corner looks back
 def test_the_corner_of_the_trihedral_is_where_it_was_put():
     """Three bounces take as long as one at the corner itself: the image's peak lies there."""
     turn = 30.0  # degrees, of the target and of the aperture
-    (mesh,), _ = build("resources/cad/trihedral.stl", {}, {"edges_per_wavelength": 7, "bands": 1}, RADAR)
+    (mesh,), _ = build_meshes("resources/cad/trihedral.stl", {}, {"edges_per_wavelength": 7, "bands": 1}, RADAR)
     angle = np.radians(turn)
     rotation = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
     corner = np.array([0.16, -0.22, 0.05])  # m; in the CAD file it is the origin

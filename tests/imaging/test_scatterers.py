@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from isarflow.imaging.formation import build, form_images
+from isarflow.imaging.formation import build_imager, form_images
 from isarflow.imaging.imagers.centres import fit
 from isarflow.imaging.imagers.sparse import fista
 from isarflow.imaging.scatterers import waves
@@ -23,7 +23,7 @@ PLACES = [(0, 0), (0.3, -0.4), (-3.25, 2.5), (2.5, 1.75)]  # cells
 
 @pytest.fixture(params=SETTINGS)
 def imager(request):
-    built = build(FREQUENCY, ANGLE, {"imager": request.param, "aperture": len(ANGLE), **SETTINGS[request.param]})
+    built = build_imager(FREQUENCY, ANGLE, {"imager": request.param, "aperture": len(ANGLE), **SETTINGS[request.param]})
     built.name = request.param
     return built
 
@@ -147,7 +147,7 @@ def test_fista_finds_the_least_sum():
 
 def test_centres_reach_the_cramer_rao_bound():
     """The mean error of a lone scatterer's range is that of the bound, within the spread of so many draws."""
-    imager = build(FREQUENCY, ANGLE, {"imager": "centres", "aperture": len(ANGLE), **SETTINGS["centres"]})
+    imager = build_imager(FREQUENCY, ANGLE, {"imager": "centres", "aperture": len(ANGLE), **SETTINGS["centres"]})
     q = imager.wavevectors
     shape = waves(q, np.zeros((1, 2)))
     slopes = np.hstack([1j * q * shape, shape, 1j * shape])
@@ -181,6 +181,6 @@ def test_centres_of_a_sweep_stand_on_the_target():
 
 def test_no_more_centres_than_asked_for():
     places = np.random.default_rng(0).uniform(-3, 3, (12, 2))
-    imager = build(FREQUENCY, ANGLE, {"imager": "centres", "aperture": 11, "pixels": 4, "centres": 5})
+    imager = build_imager(FREQUENCY, ANGLE, {"imager": "centres", "aperture": 11, "pixels": 4, "centres": 5})
     found, _ = fit(samples_of(imager, places, np.ones(12))[0], imager.wavevectors, *imager.searched, imager.cell, 5)
     assert len(found) == 5

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from isarflow.core.kinds import MODELS, kind
-from isarflow.learning.classifier import OTHER, build
+from isarflow.learning.classifier import OTHER, build_classifier
 from isarflow.learning.experiments import cleanest, megabytes
 
 
@@ -33,7 +33,7 @@ def problem(random, count=40, common=0.0):
 
 def test_scores_are_the_formula(random):
     images, labels = problem(random)
-    model = build("adaptive_filter", {"loading": 0.1}, 0).fit(images, labels)
+    model = build_classifier("adaptive_filter", {"loading": 0.1}, 0).fit(images, labels)
     x = images.reshape(len(images), -1).astype(complex)
     x /= np.linalg.norm(x, axis=1, keepdims=True)
     covariance = sum(np.outer(row, row.conj()) for row in x) / len(x)
@@ -59,14 +59,14 @@ def test_scores_are_the_formula(random):
 def test_much_loading_makes_it_the_matched_filter(random):
     images, labels = problem(random)
     tests, _ = problem(random, 10)
-    plain = build("matched_filter", {}, 0).fit(images, labels).evaluate(tests)
-    loaded = build("adaptive_filter", {"loading": 1e6}, 0).fit(images, labels).evaluate(tests)
+    plain = build_classifier("matched_filter", {}, 0).fit(images, labels).evaluate(tests)
+    loaded = build_classifier("adaptive_filter", {"loading": 1e6}, 0).fit(images, labels).evaluate(tests)
     np.testing.assert_allclose(loaded.scores, plain.scores, atol=1e-5)
 
 
 def test_amplitude_and_phase_do_not_matter(random):
     images, labels = problem(random)
-    model = build("adaptive_filter", {"loading": 0.01}, 0).fit(images, labels)
+    model = build_classifier("adaptive_filter", {"loading": 0.01}, 0).fit(images, labels)
     turned = (images * 7 * np.exp(2j)).astype(np.complex64)
     np.testing.assert_allclose(model.evaluate(images).scores, model.evaluate(turned).scores, atol=1e-5)
 
@@ -80,7 +80,7 @@ def test_what_all_images_share_does_not_hide_an_unknown_target(random):
     strange = tests - patterns[(labels == "b").astype(int)] + complex_noise(fixed, 4, 3)
     auroc = {}
     for name, settings in (("matched_filter", {}), ("adaptive_filter", {"loading": 0.1})):
-        model = build(name, settings, 0).fit(images, labels)
+        model = build_classifier(name, settings, 0).fit(images, labels)
         own, other = (model.evaluate(one.astype(np.complex64)).known.popitem()[1] for one in (tests, strange))
         auroc[name] = (own[:, None] > other).mean()
     assert auroc["adaptive_filter"] > 0.95 > 0.88 > auroc["matched_filter"]
@@ -97,12 +97,12 @@ def at_levels(random, levels, count=60):
 
 def test_each_image_gets_the_covariance_of_its_own_noise(random):
     images, labels, snrs = at_levels(random, (0, 20))
-    model = build("adaptive_filter", {"loading": 1e-4}, 0).fit(images, labels, snrs=snrs)
+    model = build_classifier("adaptive_filter", {"loading": 1e-4}, 0).fit(images, labels, snrs=snrs)
     assert model.inverses_.shape == (3, 12, 12) and model.templates_.shape == (12, 120)
     # Templates are the images without noise.
     assert np.allclose(np.abs(model.evaluate(images[snrs == "clean"]).known["coherence"]), 1, atol=0.02)
     alone = {
-        name: build("adaptive_filter", {"loading": 1e-4}, 0).fit(images[own], labels[own])
+        name: build_classifier("adaptive_filter", {"loading": 1e-4}, 0).fit(images[own], labels[own])
         for name in ("snr_0dB", "clean")
         for own in [snrs == name]
     }
@@ -116,7 +116,7 @@ def test_each_image_gets_the_covariance_of_its_own_noise(random):
 def test_a_class_other_is_no_known_score(random):
     images, labels = problem(random)
     labels = np.where(np.arange(len(labels)) % 4 == 0, OTHER, labels)
-    outcome = build("adaptive_filter", {"loading": 0.01}, 0).fit(images, labels).evaluate(images)
+    outcome = build_classifier("adaptive_filter", {"loading": 0.01}, 0).fit(images, labels).evaluate(images)
     assert outcome.scores.shape == (80, 3)
     np.testing.assert_array_equal(outcome.known["coherence"], outcome.scores[:, :2].max(axis=1))
 
@@ -124,7 +124,7 @@ def test_a_class_other_is_no_known_score(random):
 def test_a_zero_image_has_no_coherence(random):
     images, labels = problem(random)
     images[3] = 0  # nor has one among the templates, and the others are as before
-    model = build("adaptive_filter", {"loading": 0.01}, 0).fit(images, labels)
+    model = build_classifier("adaptive_filter", {"loading": 0.01}, 0).fit(images, labels)
     assert (model.evaluate(np.zeros((1, 4, 3), np.complex64)).scores == 0).all()
     assert np.isfinite(model.evaluate(images).scores).all()
 
@@ -140,7 +140,7 @@ def test_memory_stays_within_the_plan_where_covariances_are_most_of_it(random):
     labels, snrs = np.repeat(["a", "b"], 20), np.tile(["snr_0dB", "snr_6dB"], 20)
     planned = megabytes(len(images), 32 * 32, covariances=2, pairs=False) - megabytes(0, 0, 0, False)
     tracemalloc.start()
-    build("adaptive_filter", {"loading": 1e-4}, 0).fit(images, labels, snrs=snrs)
+    build_classifier("adaptive_filter", {"loading": 1e-4}, 0).fit(images, labels, snrs=snrs)
     peak = tracemalloc.get_traced_memory()[1] / 1e6
     tracemalloc.stop()
     assert planned / 2 < peak < planned

@@ -6,7 +6,7 @@ from scipy.stats import rayleigh
 from sklearn.mixture import GaussianMixture
 
 from isarflow.learning import confidence
-from isarflow.learning.classifier import OTHER, build
+from isarflow.learning.classifier import OTHER, build_classifier
 from isarflow.learning.models import capsule
 from isarflow.learning.networks import capsules, training_loop
 from isarflow.learning.networks.convolution import outputs
@@ -48,7 +48,7 @@ TRAIN, HELD_OUT = set_of(["left", "right"], 60, 0), set_of(["left", "right"], 20
 
 
 def fit(**settings):
-    return build("capsule", SETTINGS | settings, seed=3).fit(*TRAIN, HELD_OUT)
+    return build_classifier("capsule", SETTINGS | settings, seed=3).fit(*TRAIN, HELD_OUT)
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def test_what_it_cannot_reconstruct_is_unknown(model):
 
 def test_a_loaded_model_is_the_saved_one(model, tmp_path):
     model.save(tmp_path)
-    other = build("capsule", SETTINGS, seed=0).load(tmp_path)
+    other = build_classifier("capsule", SETTINGS, seed=0).load(tmp_path)
     first, second = model.evaluate(HELD_OUT[0]), other.evaluate(HELD_OUT[0])
     assert (first.scores == second.scores).all()
     assert all((first.known[name] == second.known[name]).all() for name in first.known)
@@ -100,7 +100,7 @@ def test_a_wide_network_gives_many_images_the_scores_of_few():
     # So wide that many images are seen by tiles and few by slices; they shall be those of the weights it now has.
     random = np.random.default_rng(0)
     images = random.standard_normal((40, 32, 32)).astype(np.complex64)
-    wide = build("capsule", SETTINGS | {"width": 128, "capsules": 16}, 0)
+    wide = build_classifier("capsule", SETTINGS | {"width": 128, "capsules": 16}, 0)
     for _ in range(2):
         wide._keep(capsules.initial_weights(random, (32, 32, 1), 2, 128, 16, 16))
         few = [lengths(wide, images[start : start + 4]) for start in range(0, 40, 4)]
@@ -122,7 +122,7 @@ def test_a_killed_fit_goes_on_to_the_same_weights(model, tmp_path, monkeypatch):
             raise KeyboardInterrupt
 
     def start():
-        one = build("capsule", SETTINGS, seed=3)
+        one = build_classifier("capsule", SETTINGS, seed=3)
         one.checkpoints = tmp_path
         return one
 
@@ -158,7 +158,7 @@ def denoising():
     images = np.concatenate([images, blobs("top", 60, 40, 0.3)])
     labels = np.concatenate([labels, np.full(60, OTHER)])
     snrs, views = np.concatenate([snrs, np.full(60, "any")]), np.concatenate([views, 1000 + np.arange(60)])
-    model = build("capsule", SETTINGS | {"denoise": True, "epochs": 15}, 1)
+    model = build_classifier("capsule", SETTINGS | {"denoise": True, "epochs": 15}, 1)
     return model.fit(images, labels, (images, labels, snrs, views), snrs, views)
 
 
@@ -177,7 +177,7 @@ def test_images_of_no_class_do_not_count_in_the_accuracy(denoising):
 
 def test_another_validation_set_starts_anew(tmp_path, monkeypatch):
     monkeypatch.setattr(training_loop, "BETWEEN", 0.0)
-    model = build("capsule", SETTINGS | {"epochs": 1}, seed=3)
+    model = build_classifier("capsule", SETTINGS | {"epochs": 1}, seed=3)
     model.checkpoints = tmp_path
     for count in (20, 19, 20):
         model.fit(*TRAIN, (HELD_OUT[0][:count], HELD_OUT[1][:count]))
@@ -193,7 +193,7 @@ def test_images_of_no_class_have_short_capsules(denoising):
 
 def test_denoising_aims_at_the_view_without_noise():
     images, labels, snrs, views = noisy_rows()
-    model = build("capsule", SETTINGS | {"denoise": True}, 1)
+    model = build_classifier("capsule", SETTINGS | {"denoise": True}, 1)
     model.classes_ = np.unique(labels)
     order = np.random.default_rng(2).permutation(len(images))
     _, sources, _ = model._prepared(images[order], labels[order], snrs[order], views[order])

@@ -7,7 +7,7 @@ import pytest
 from scenes import APERTURE, PLANES, ROLES, SPLIT, aspects, fitted, noisy, scene, tables_of, write
 
 import isarflow
-from isarflow.learning.classifier import build
+from isarflow.learning.classifier import build_classifier
 from isarflow.learning.data import images
 from isarflow.learning.data.export import export
 from isarflow.learning.models import capsule
@@ -113,7 +113,7 @@ def test_the_order_of_channels_means_nothing(name, folders):
     outcomes = []
     for order in ([0, 1, 2], [2, 0, 1]):
         x = np.ascontiguousarray(three[:, order])
-        model = build(name, FLAT[name], seed=1).fit(x[learned], labels[learned])
+        model = build_classifier(name, FLAT[name], seed=1).fit(x[learned], labels[learned])
         outcomes.append(model.evaluate(x[asked]))
     first, second = outcomes
     assert (first.labels == second.labels).mean() > 0.98
@@ -125,7 +125,7 @@ def test_a_capsule_network_has_a_channel_for_each(is_complex):
     random = np.random.default_rng(0)
     x = (random.standard_normal((16, 3, 18, 17)) + 1j * random.standard_normal((16, 3, 18, 17))).astype(np.complex64)
     x /= np.abs(x).max(axis=(1, 2, 3), keepdims=True)
-    model = build("capsule", CAPSULE | {"complex": is_complex}, seed=1).fit(x, np.repeat(["a", "b"], 8))
+    model = build_classifier("capsule", CAPSULE | {"complex": is_complex}, seed=1).fit(x, np.repeat(["a", "b"], 8))
     inputs = model._inputs(x)
     assert inputs.shape == (16, 18, 17, 6 if is_complex else 3)
     if is_complex:

@@ -8,7 +8,7 @@ import scenes
 import xarray as xr
 
 from isarflow.learning import experiments
-from isarflow.learning.classifier import config_of, load
+from isarflow.learning.classifier import config_of, load_classifier
 from isarflow.learning.data import images
 from isarflow.learning.data.export import export
 from isarflow.learning.evaluation import timing
@@ -68,7 +68,7 @@ def test_each_fold_trains_on_the_same_and_tests_what_the_other_validates_on(made
 
 def test_a_model_has_its_training_elevations_alone(made):
     folder, *_ = made
-    model = load(folder / "e_fold1" / "knn")
+    model = load_classifier(folder / "e_fold1" / "knn")
     assert len(model.references_) == 2 * 3 * scenes.AZIMUTHS
     stores = [str(folder / target / "clean.zarr") for target in ("dart", "disc")]
     run = config_of(folder / "e_fold1" / "knn")["run"]

@@ -11,7 +11,7 @@ from isarflow.learning.caveats import warnings
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.data.split import Division, apart, blocks, by_family, split
 from isarflow.learning.evaluation import judge, metrics, thresholds
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
 KNOWN = {"drone": ("quad", "hexa", "octo", "wing"), "missile": ("cruise", "plain", "bomb", "cross")}
@@ -193,7 +193,7 @@ def test_too_few_models_are_refused_by_name():
         "split": {"scheme": "family", "others": "seen"},
     }
     with pytest.raises(InputError, match="takes 5 models of the class drone at least; there are 1"):
-        load({"learning": {"experiments": {"*": None, "kinds": experiment}}})
+        load_config({"learning": {"experiments": {"*": None, "kinds": experiment}}})
 
 
 @pytest.mark.parametrize("scheme", ["family", "elevation"])
@@ -201,7 +201,7 @@ def test_by_family_an_open_experiment_needs_no_target_of_role_unknown(scheme):
     config, clean = read_yaml("config/families-fields.yaml"), {"elevation": "all", "snr_db": "clean"}
     kinds = {"train": clean, "models": ["invariants"], "open": True, "split": {"scheme": scheme}}
     config["learning"] = {"experiments": {"*": None, "kinds": kinds}}
-    full = load(config)
+    full = load_config(config)
     sentences = [sentence for _, sentence in warnings(full, dict.fromkeys(full["targets"]))]
     lacking = "experiment 'kinds' is open, but no target has role unknown: it is a closed one."
     assert (lacking in sentences) == (scheme == "elevation")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from isarflow.imaging.formation import build, form_images
+from isarflow.imaging.formation import build_imager, form_images
 from isarflow.learning.data.features import upsample
 
 
@@ -17,7 +17,7 @@ def test_it_is_what_imaging_makes(reformat, samples, aperture, pixels):
     apertures = (random.standard_normal((4, samples * aperture, 2)) @ [1, 1j]).astype(np.complex64)
 
     def images(upsampled):
-        imager = build(frequency, angle, imaging | {"upsample": upsampled})
+        imager = build_imager(frequency, angle, imaging | {"upsample": upsampled})
         return form_images(imager, apertures)[0], imager
 
     coarse, imager = images("none")

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from scenes import ALL_TARGETS, ROLES, aspects, fitted, sides_of, tables_of
 
-from isarflow.learning.classifier import build
+from isarflow.learning.classifier import build_classifier
 from isarflow.learning.data import images
 from isarflow.learning.data.images import aspects as names_of
 from isarflow.learning.data.split import LEFT_OUT
@@ -30,7 +30,7 @@ def library(count=40):
 
 
 def learned(name, images, labels, aspects, **settings):
-    model = build(name, KINDS[name] | settings, 0)
+    model = build_classifier(name, KINDS[name] | settings, 0)
     model.aspects = aspects
     random = np.random.default_rng(1)
     model.noise = (random.standard_normal((300, 4, 4)) + 1j * random.standard_normal((300, 4, 4))).astype(np.complex64)
@@ -55,7 +55,7 @@ def reduced(model, kept):
 @pytest.mark.parametrize("settings", [{}, {"k": 5}, {"features": "magnitude"}])
 @pytest.mark.parametrize("name", KINDS)
 def test_what_is_left_out_might_as_well_not_be_there(name, settings):
-    if not settings.keys() <= build(name, KINDS[name], 0).SETTINGS.keys():
+    if not settings.keys() <= build_classifier(name, KINDS[name], 0).SETTINGS.keys():
         pytest.skip("the model has no such setting")
     images, labels, own = library()
     model = learned(name, images, labels, own, **settings)

@@ -16,7 +16,7 @@ from scipy.special import i0e, i1e
 from scipy.stats import rice
 
 from isarflow.core.errors import InputError
-from isarflow.learning.classifier import OTHER, build
+from isarflow.learning.classifier import OTHER, build_classifier
 from isarflow.learning.evaluation.thresholds import choose
 from isarflow.learning.models import likelihood
 from isarflow.learning.models.likelihood import _cosine, _log_i0, _rician
@@ -50,7 +50,7 @@ def scenes(seed, count=60, classes=2, first=0):
 
 def fitted(seed=0, classes=2, **settings):
     images, labels = scenes(1, classes=classes)
-    model = build("likelihood", SETTINGS | settings, seed)
+    model = build_classifier("likelihood", SETTINGS | settings, seed)
     model.noise = coloured(np.random.default_rng(5), 2000)
     return model.fit(images, labels)
 
@@ -200,7 +200,7 @@ def test_a_second_fit_forgets_the_first():
     model, tests = fitted(), at_snr(scenes(3)[0], 9, 1)
     model.evaluate(tests)
     model.fit(*scenes(1, classes=3))
-    again = build("likelihood", SETTINGS, 0)
+    again = build_classifier("likelihood", SETTINGS, 0)
     again.noise = model.noise
     np.testing.assert_array_equal(model.evaluate(tests).scores, again.fit(*scenes(1, classes=3)).evaluate(tests).scores)
 
@@ -214,7 +214,7 @@ def test_phase_and_scale_change_nothing(model):
 
 def test_the_order_of_polarizations_changes_nothing(model):
     images, labels = scenes(1)
-    turned = build("likelihood", SETTINGS, 0)
+    turned = build_classifier("likelihood", SETTINGS, 0)
     turned.noise = model.noise[:, ::-1]
     turned.fit(images[:, ::-1], labels)
     tests = at_snr(scenes(3)[0], 0, 1)
@@ -259,7 +259,7 @@ def test_known_views_are_told_from_others(model):
 def test_what_is_no_class_is_learned_as_the_class_other(tmp_path):
     images, labels = scenes(1, classes=3)
     labels[labels == "class2"] = OTHER
-    model = build("likelihood", SETTINGS, 0)
+    model = build_classifier("likelihood", SETTINGS, 0)
     model.noise = coloured(np.random.default_rng(5), 300)
     model.fit(images, labels)
     outcome = model.evaluate(at_snr(images, 20, 7))
@@ -269,7 +269,7 @@ def test_what_is_no_class_is_learned_as_the_class_other(tmp_path):
     known_less_other = outcome.scores[:, :2].max(axis=1) - outcome.scores[:, 2]
     np.testing.assert_allclose(outcome.known["likelihood"], known_less_other, rtol=1e-5)
     model.save(tmp_path)
-    loaded = build("likelihood", SETTINGS, 0).load(tmp_path)
+    loaded = build_classifier("likelihood", SETTINGS, 0).load(tmp_path)
     np.testing.assert_array_equal(loaded.evaluate(images).scores, model.evaluate(images).scores)
     zero = model.evaluate(np.zeros((1, *SHAPE), np.complex64))
     assert np.isfinite(zero.scores).all() and all(np.isfinite(of).all() for of in zero.known.values())
@@ -277,7 +277,7 @@ def test_what_is_no_class_is_learned_as_the_class_other(tmp_path):
 
 def of_noise(noise):
     """What the model takes for the noise's covariance from these images of noise alone."""
-    model = build("likelihood", SETTINGS, 0)
+    model = build_classifier("likelihood", SETTINGS, 0)
     model.noise, model.shape_ = noise, np.array(SHAPE)
     return model._of_noise()
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from isarflow.core.errors import InputError
-from isarflow.learning.classifier import CONFIG, OTHER, build
+from isarflow.learning.classifier import CONFIG, OTHER, build_classifier
 from isarflow.learning.models import cnn, invariants
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
 SHAPE = (3, 14, 11)
@@ -37,7 +37,7 @@ def noise(count=50):
 
 
 def fitted(kind, settings=None, beside=None):
-    model = build(kind, settings or SETTINGS[kind], 0)
+    model = build_classifier(kind, settings or SETTINGS[kind], 0)
     model.noise, model.beside = noise(), beside
     images, labels = examples(0, 400)
     return model.fit(images, labels, (*examples(1), None, None))
@@ -63,7 +63,7 @@ def test_margins_tell_known_classes_from_other_things(kind, tmp_path):
     less = outcome.scores[:, model.classes_ != OTHER].max(axis=1) - outcome.scores[:, model.classes_ == OTHER][:, 0]
     np.testing.assert_allclose(outcome.known["margin"], less, atol=1e-9)
     model.save(tmp_path)
-    loaded = build(kind, SETTINGS[kind], 0).load(tmp_path)
+    loaded = build_classifier(kind, SETTINGS[kind], 0).load(tmp_path)
     np.testing.assert_array_equal(loaded.evaluate(images).scores, outcome.scores)
 
 
@@ -115,7 +115,7 @@ def test_a_sum_is_of_fitted_models_scores_over_their_spreads(tmp_path):
     assert (model.spreads_ > 0).all() and (outcome.labels[known] == labels[known]).mean() > 0.9
     (tmp_path / "sum").mkdir()
     model.save(tmp_path / "sum")
-    loaded = build("sum", settings, 0).load(tmp_path / "sum")
+    loaded = build_classifier("sum", settings, 0).load(tmp_path / "sum")
     np.testing.assert_array_equal(loaded.evaluate(images).scores, outcome.scores)
 
 
@@ -125,12 +125,12 @@ def test_a_sum_takes_models_of_its_experiment_that_learn_the_same_classes():
     novel["split"] = {"scheme": "family", "others": "novel"}
     config["learning"] = {"experiments": {"*": None, "novel": novel}}
     with pytest.raises(InputError, match="sum adds the scores of likelihood_other; name likelihood_other among them"):
-        load(config)
+        load_config(config)
     novel["models"] = ["likelihood_other", "invariants", "sum"]
-    assert load(config)
+    assert load_config(config)
     config["learning"]["models"] = {"invariants": {"other": False}}
     with pytest.raises(InputError, match="sum adds the scores of invariants; both or neither must have 'other: true'"):
-        load(config)
+        load_config(config)
 
 
 def test_the_network_sees_magnitudes_at_twice_the_band():

@@ -7,7 +7,7 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.svm import SVC
 
 from isarflow.core.errors import InputError
-from isarflow.learning.classifier import build
+from isarflow.learning.classifier import build_classifier
 from isarflow.learning.conformance import of_fitted, refuse
 from isarflow.learning.data.features import KINDS, of, squared_distances
 from isarflow.learning.networks import openmax
@@ -33,7 +33,7 @@ def clouds(classes, count=60, seed=0):
 
 
 def fitted(name, images, labels, **settings):
-    return build(name, SETTINGS[name] | settings, seed=3).fit(images, labels)
+    return build_classifier(name, SETTINGS[name] | settings, seed=3).fit(images, labels)
 
 
 def test_features_are_real_then_imaginary_parts():
@@ -168,7 +168,7 @@ def test_a_loaded_model_is_the_saved_one(name, tmp_path):
         model.save(folder)
         bytes_written.append((folder / "model.npz").read_bytes())
     assert bytes_written[0] == bytes_written[1]
-    loaded = build(name, SETTINGS[name], seed=3).load(tmp_path / "a")
+    loaded = build_classifier(name, SETTINGS[name], seed=3).load(tmp_path / "a")
     assert loaded.classes_.tolist() == model.classes_.tolist()
     np.testing.assert_array_equal(loaded.evaluate(images).scores, model.evaluate(images).scores)
     assert (loaded.predict(images) == model.predict(images)).all()
@@ -268,7 +268,7 @@ def test_the_matched_filter_knows_its_templates_at_any_amplitude_and_phase():
 def test_the_network_learns_and_keeps_its_curve():
     images, labels = clouds(3)
     tests, truth = clouds(3, seed=1)
-    model = build("fcnn", FCNN, seed=3).fit(images, labels, (tests, truth))
+    model = build_classifier("fcnn", FCNN, seed=3).fit(images, labels, (tests, truth))
     curve = model.curve_
     assert curve["epoch"] == list(range(1, 21))
     assert curve["loss"][-1] < 0.5 * curve["loss"][0]
@@ -302,10 +302,10 @@ def test_the_networks_gradient_is_that_of_its_loss():
     """One step of Adam moves every weight by the learning rate against its gradient's sign: finite differences."""
     images, labels = clouds(2, count=8)
     settings = FCNN | {"width": 3, "epochs": 1, "batch": 16, "learning_rate": 1e-4, "openmax_tail": 2}
-    start = build("fcnn", settings | {"learning_rate": 1e-30}, seed=3).fit(images, labels)
+    start = build_classifier("fcnn", settings | {"learning_rate": 1e-30}, seed=3).fit(images, labels)
     # The curve's accuracy is that of the epoch's batches: here one, and weights that hardly change.
     assert start.curve_["accuracy"] == [(start.predict(images) == labels).mean()]
-    after = build("fcnn", settings, seed=3).fit(images, labels)
+    after = build_classifier("fcnn", settings, seed=3).fit(images, labels)
     x, y = of(images, "parts").astype(float), np.searchsorted(start.classes_, labels)
     names = ("hidden", "hidden_offset", "output", "output_offset")
 
@@ -329,4 +329,4 @@ def test_the_networks_gradient_is_that_of_its_loss():
 def test_a_loss_that_is_no_number_is_an_error():
     images, labels = clouds(2)
     with pytest.raises(InputError, match="loss became"):
-        build("fcnn", FCNN | {"learning_rate": 1e30}, seed=0).fit(1e20 * images, labels)
+        build_classifier("fcnn", FCNN | {"learning_rate": 1e30}, seed=0).fit(1e20 * images, labels)

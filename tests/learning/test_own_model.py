@@ -11,7 +11,7 @@ import pytest
 from scenes import ROLES, digest, fitted, tables_of
 
 from isarflow.core.errors import InputError
-from isarflow.learning.classifier import load
+from isarflow.learning.classifier import load_classifier
 from isarflow.setup.config import ROOT
 
 PLAIN = """
@@ -257,7 +257,7 @@ def test_the_pytorch_network_of_the_docs_learns_and_is_kept(own, stores, tmp_pat
     assert len(curve) == min(
         12, curve["validation_loss"].idxmin() + 1 + 4
     )  # it ends after four epochs without a smaller
-    model = load(folder)
+    model = load_classifier(folder)
     assert sorted(name for name in vars(model) if name.startswith("weights.")) == sorted(
         f"weights.{layer}.{what}_" for layer in (0, 4) for what in ("weight", "bias")
     )

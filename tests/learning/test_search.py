@@ -5,7 +5,7 @@ import pytest
 
 from isarflow.core.sweep import C0
 from isarflow.imaging.formation import form_images
-from isarflow.learning.classifier import build, load
+from isarflow.learning.classifier import build_classifier, load_classifier
 from isarflow.learning.conformance import of_fitted, of_restored
 from isarflow.learning.data.moves import Moves
 from isarflow.learning.search import BLOCK, HYPOTHESES, Search
@@ -56,7 +56,7 @@ def library():
 
 def fitted(library, kind="likelihood", **limits):
     settings = {"likelihood": {"candidates": 8, "mismatch": 0.03}, "matched_filter": {"features": "magnitude"}}[kind]
-    model = build(kind, settings, 0)
+    model = build_classifier(kind, settings, 0)
     model.moves = moves(**limits) if limits else None
     random = np.random.default_rng(0)
     noise = random.standard_normal((400, 2, 16 * 13, 2)).view(complex)[..., 0].astype(np.complex64)
@@ -156,7 +156,7 @@ def test_a_search_judges_each_image_by_itself_and_survives_saving(library, tmp_p
     few, every = model.evaluate(images[:3]), model.evaluate(images)
     np.testing.assert_allclose(few.scores, every.scores[:3], rtol=1e-4)
     model.save(tmp_path)
-    fresh = build("likelihood", model.settings, 0)
+    fresh = build_classifier("likelihood", model.settings, 0)
     fresh.moves = model.moves
     assert list(of_restored(model, fresh, tmp_path, images)) == []
 
@@ -201,4 +201,6 @@ def test_a_loaded_model_knows_its_motion(library, tmp_path):
     }
     (tmp_path / "config.json").write_text(json.dumps(config))
     images, _ = moved(np.concatenate(library[0])[:9], 12, 3, place=PLACE)
-    np.testing.assert_allclose(load(tmp_path).evaluate(images).scores, model.evaluate(images).scores, rtol=1e-5)
+    np.testing.assert_allclose(
+        load_classifier(tmp_path).evaluate(images).scores, model.evaluate(images).scores, rtol=1e-5
+    )

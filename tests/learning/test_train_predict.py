@@ -28,7 +28,7 @@ from scenes import (
 )
 
 from isarflow.core.errors import InputError
-from isarflow.learning.classifier import build, load
+from isarflow.learning.classifier import build_classifier, load_classifier
 from isarflow.learning.data import images
 from isarflow.learning.evaluation import timing
 from isarflow.learning.evaluation.thresholds import choose
@@ -75,7 +75,7 @@ def test_the_model_folder(stores, tmp_path):
     assert config["classes"] == ["dart", "disc"]
     assert config["observations"] == {"dart": train_count, "disc": train_count}
     assert (config["model"], config["settings"], config["image_shape"]) == ("knn", {"k": 1}, [RANGE, CROSSRANGE])
-    assert len(load(tmp_path / "knn").references_) == 2 * train_count
+    assert len(load_classifier(tmp_path / "knn").references_) == 2 * train_count
     assert not (tmp_path / "knn" / "curve.csv").exists()  # nothing is iterated
 
 
@@ -122,9 +122,9 @@ def test_no_test_azimuth_was_trained_on(stores, tmp_path):
     assert np.allclose(np.sort(tested.unique()), aspects()[sides["test"]["index"]])
     # One training image at distance 0 from a test image would be the image itself.
     unseen, _ = images.read(stores("snr_0dB"), every(sides["test"]["azimuth"]))
-    assert load(folder).evaluate(unseen).scores.max() < -0.01
+    assert load_classifier(folder).evaluate(unseen).scores.max() < -0.01
     seen, _ = images.read(stores("snr_0dB"), every(sides["train"]["azimuth"]))
-    assert (load(folder).evaluate(seen).scores.max(axis=1) > -0.01).all()
+    assert (load_classifier(folder).evaluate(seen).scores.max(axis=1) > -0.01).all()
 
 
 def test_in_sector_no_test_image_shares_a_sample_with_a_training_one(stores, tmp_path):
@@ -298,7 +298,7 @@ def test_choices_are_made_on_the_validation_azimuths(stores, tmp_path):
         images.read(stores("snr_0dB"), every(sides[side]["azimuth"])) for side in ("validation", "train")
     )
     for line in search.itertuples():
-        model = build("lr", {"penalty": line.penalty}, 0).fit(seen, origin["target"].to_numpy(str))
+        model = build_classifier("lr", {"penalty": line.penalty}, 0).fit(seen, origin["target"].to_numpy(str))
         assert line.validation_accuracy == (model.predict(held_out) == truth["target"]).mean()
     chosen = json.loads((folder / "config.json").read_text())["settings"]
     assert chosen == {"penalty": search["penalty"][search["validation_accuracy"].idxmax()]}
@@ -313,7 +313,7 @@ def test_the_first_of_equal_choices_is_kept(stores, tmp_path):
 
 def test_known_scores_that_are_no_numbers_are_refused(stores, tmp_path, monkeypatch):
     folder = fitted(stores("clean"), tmp_path / "knn", open=True)
-    kind = type(build("knn", {}, 0))
+    kind = type(build_classifier("knn", {}, 0))
     plain = kind.evaluate
     monkeypatch.setattr(
         kind, "evaluate", lambda self, some: plain(self, some)._replace(known={"odd": np.full(len(some), -np.inf)})
@@ -348,7 +348,7 @@ def test_shuffled_labels_give_chance(name, stores):
     right = []
     for seed in range(8):
         labels = np.random.default_rng(seed).permutation(targets[seen])
-        model = build(name, SETTINGS[name], 0).fit(pixels[seen], labels)
+        model = build_classifier(name, SETTINGS[name], 0).fit(pixels[seen], labels)
         right.append((classify(model, pixels[~seen]).labels == targets[~seen]).mean())
     assert abs(np.mean(right) - 0.5) < 0.12
 
@@ -356,9 +356,9 @@ def test_shuffled_labels_give_chance(name, stores):
 def test_batches_do_not_change_predictions(stores, tmp_path, monkeypatch):
     folder = fitted(stores("clean"), tmp_path / "knn")
     pixels, _ = images.read(stores("snr_0dB"), every(aspects()))
-    whole = classify(load(folder), pixels)
+    whole = classify(load_classifier(folder), pixels)
     monkeypatch.setattr("isarflow.learning.predict.BATCH", 50)
-    parts = classify(load(folder), pixels)
+    parts = classify(load_classifier(folder), pixels)
     assert (whole.labels == parts.labels).all()
     np.testing.assert_allclose(whole.scores, parts.scores, atol=1e-3)
     np.testing.assert_allclose(whole.known["distance"], parts.known["distance"], atol=1e-3)

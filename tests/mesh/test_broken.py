@@ -22,7 +22,7 @@ from shapes_made import (
 
 from isarflow.core.errors import InputError
 from isarflow.mesh import topology
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.mesh.io import write_ply
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
@@ -35,7 +35,7 @@ def made(tmp_path, shape, target=None, name="shape.ply"):
     """The mesh of a shape and the measures of the whole, the band's among them."""
     path = tmp_path / name
     write_ply(path, np.asarray(shape[0], float), np.asarray(shape[1], int).reshape(-1, 3))
-    (mesh,), measures = build(path, target or {}, MESH, RADAR)
+    (mesh,), measures = build_meshes(path, target or {}, MESH, RADAR)
     return mesh, measures, measures["bands"][0]
 
 
@@ -71,7 +71,7 @@ def test_file_is_refused_by_name(tmp_path, name):
     content, message = BROKEN_FILES[name]
     (tmp_path / name).write_bytes(content)
     with pytest.raises(InputError, match=message) as refusal:
-        build(tmp_path / name, {}, MESH, RADAR)
+        build_meshes(tmp_path / name, {}, MESH, RADAR)
     assert name in str(refusal.value)
 
 
@@ -248,7 +248,7 @@ def test_two_million_triangles(tmp_path):
     path = tmp_path / "ring.stl"
     path.write_bytes(binary_stl(*torus(0.2, 0.08, 1250, 800)))
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    (mesh,), measures = build(path, {}, MESH, RADAR)
+    (mesh,), measures = build_meshes(path, {}, MESH, RADAR)
     check_solid(EDGE, mesh, 2 * np.pi**2 * 0.2 * 0.08**2, 4 * np.pi**2 * 0.2 * 0.08)
     (band,) = measures["bands"]
     assert measures["repairs"]["thinned_triangles"] > 1_900_000
@@ -268,9 +268,9 @@ def test_mistaken_unit_is_refused_unless_it_is_stated(tmp_path, factor, unit):
     path = save(tmp_path / "cube.ply", vertices * factor, triangles)
     if unit != "in":
         with pytest.raises(InputError, match=rf"cube\.ply would be {0.9 * factor:g} m .*'unit: {unit}' \(0\.9 m\)"):
-            build(path, {}, MESH, RADAR)
+            build_meshes(path, {}, MESH, RADAR)
     with pytest.raises(InputError, match=rf"'length' says 0\.9 m.*did you mean 'unit: {unit}'"):
-        build(save(tmp_path / "cube.ply", cube(0.9)[0] * factor, triangles), {"length": 0.9}, MESH, RADAR)
+        build_meshes(save(tmp_path / "cube.ply", cube(0.9)[0] * factor, triangles), {"length": 0.9}, MESH, RADAR)
 
 
 def test_needle_of_which_nothing_is_left_is_refused(tmp_path):
@@ -298,10 +298,12 @@ def test_mesh_of_another_target_is_refused(tmp_path, monkeypatch):
     for off in (0.014, 0.016):
         monkeypatch.setattr("isarflow.mesh.build._whole", lambda *_, off=off: (sphere()[0] + [off, 0, 0], sphere()[1]))
         if off < EDGE / 2:
-            assert build(path, {}, MESH, RADAR)[1]["bands"][0]["hausdorff"]["to_source"] == pytest.approx(off, rel=0.02)
+            assert build_meshes(path, {}, MESH, RADAR)[1]["bands"][0]["hausdorff"]["to_source"] == pytest.approx(
+                off, rel=0.02
+            )
         else:
             with pytest.raises(InputError, match=rf"sphere.ply: .* miss by 1[56]\.?\d* mm near {PLACE}"):
-                build(path, {}, MESH, RADAR)
+                build_meshes(path, {}, MESH, RADAR)
 
 
 def test_asymmetry_is_refused_above_a_hundredth_of_a_wavelength(tmp_path):
@@ -319,7 +321,7 @@ def test_sheets_a_two_hundredth_of_a_wavelength_apart_stay_two(tmp_path):
         np.concatenate([square, square + np.array([0, 0, gap])]),
         np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]),
     )
-    (mesh,), measures = build(path, {}, MESH, RADAR)
+    (mesh,), measures = build_meshes(path, {}, MESH, RADAR)
     assert topology.areas(*mesh).sum() == pytest.approx(2 * 0.2**2)
     assert measures["bands"][0]["components"] == 2
 
@@ -332,7 +334,7 @@ def test_wall_between_touching_solids_goes(tmp_path):
         np.concatenate([vertices, vertices * [-1, 1, 1] + [width, 0, 0]]),
         np.concatenate([triangles, triangles[:, ::-1] + len(vertices)]),
     )
-    (mesh,), measures = build(path, {}, MESH, RADAR)
+    (mesh,), measures = build_meshes(path, {}, MESH, RADAR)
     assert measures["repairs"]["hidden_triangles"] > 0
     assert topology.is_watertight(mesh[1])
     assert topology.areas(*mesh).sum() == pytest.approx(10 * 0.2**2, rel=0.01)
@@ -347,7 +349,7 @@ def test_rod_a_tenth_of_an_edge_thick_is_kept(tmp_path):
     sides = np.concatenate([np.stack([i, i + 12, j], 1), np.stack([j, i + 12, j + 12], 1)])
     ends = np.concatenate([np.stack([j * 0 + 24, i, j], 1), np.stack([j * 0 + 25, j + 12, i + 12], 1)])
     rod = save(tmp_path / "rod.ply", vertices, np.concatenate([sides, ends]))
-    (mesh,), measures = build(rod, {}, MESH, RADAR)
+    (mesh,), measures = build_meshes(rod, {}, MESH, RADAR)
     (band,) = measures["bands"]
     assert topology.is_watertight(mesh[1])
     assert band["area"]["after"] - band["area"]["of_rods"] == pytest.approx(band["area"]["before"], rel=0.01)
@@ -360,6 +362,6 @@ def test_text_stl_cut_between_facets_is_refused(tmp_path):
     path = tmp_path / "text.stl"
     path.write_text("SOLID A B\n" + facet)
     with pytest.raises(InputError, match="endsolid"):
-        build(path, {}, MESH, RADAR)
+        build_meshes(path, {}, MESH, RADAR)
     path.write_text("SOLID A B\n" + facet + "ENDSOLID A B\n")
-    assert len(build(path, {}, MESH, RADAR)[0][0][1]) > 10
+    assert len(build_meshes(path, {}, MESH, RADAR)[0][0][1]) > 10

@@ -7,7 +7,7 @@ from stored import unknowns
 
 from isarflow.core.errors import InputError
 from isarflow.mesh import symmetry, topology
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.repair import arrange
 from isarflow.mesh.repair.boxes import near_boxes
@@ -84,7 +84,7 @@ def test_union_has_its_closed_form_area_and_junctions(tmp_path, name, turned):
         assert repairs["overlapping_triangles"] > 0
     path = tmp_path / "shape.ply"
     write_ply(path, vertices, triangles)
-    (mesh,), measures = build(path, {}, MESH, RADAR)
+    (mesh,), measures = build_meshes(path, {}, MESH, RADAR)
     (band,) = measures["bands"]
     assert len(arrange.crossings(*mesh)) == 0
     edges, _, many = topology.edges(mesh[1])
@@ -154,7 +154,7 @@ def test_a_quadcopter_of_overlapping_solids_becomes_one(tmp_path, at, turned):
     assert np.array_equal(sound, again[0]) and np.array_equal(faces, again[1])
     if at == 0.085:
         write_ply(tmp_path / "shape.ply", vertices, triangles)
-        (mesh,), measures = build(tmp_path / "shape.ply", {}, MESH, RADAR | {"center_frequency": 3.5e9})
+        (mesh,), measures = build_meshes(tmp_path / "shape.ply", {}, MESH, RADAR | {"center_frequency": 3.5e9})
         assert topology.is_watertight(mesh[1]) and arrange.first_crossing(*mesh) is None
         assert topology.tetrahedra(*mesh).sum() == pytest.approx(volume, rel=0.01)
         assert measures["bands"][0]["smallest_angle"]["median"] >= 35
@@ -250,7 +250,7 @@ IN_PLANES = {
 def test_faces_in_a_mirror_plane_are_there_once(tmp_path, name):
     (vertices, triangles), planes, area = IN_PLANES[name]
     write_ply(tmp_path / "shape.ply", vertices, triangles)
-    (mesh,), measures = build(tmp_path / "shape.ply", {"symmetry": planes}, MESH, RADAR)
+    (mesh,), measures = build_meshes(tmp_path / "shape.ply", {"symmetry": planes}, MESH, RADAR)
     assert topology.areas(*mesh).sum() == pytest.approx(area, rel=1e-6)
     table = {tuple(point): number for number, point in enumerate((mesh[0] + 0.0).tolist())}
     faces = [frozenset(corners) for corners in mesh[1].tolist()]

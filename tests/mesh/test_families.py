@@ -11,7 +11,7 @@ import pytest
 
 from isarflow.core.kinds import FAMILIES, available, kind
 from isarflow.mesh import topology
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.mesh.families import is_whole, joined, mirror_planes, parts_of, solid, stated_values, values_of
 from isarflow.mesh.repair.surface import repair
 from isarflow.mesh.symmetry import AXES
@@ -139,7 +139,7 @@ def test_sizes_of_the_classes_overlap():
 def test_the_mesh_stage_takes_a_model(name):
     radar = {"center_frequency": 2.775e9, "bandwidth": 1.5e9, "frequencies": 14}
     target = {"family": family(name, 1), "symmetry": mirror_planes(name)}
-    (_,), measures = build(name, target, {"edges_per_wavelength": 10, "bands": 1}, radar)
+    (_,), measures = build_meshes(name, target, {"edges_per_wavelength": 10, "bands": 1}, radar)
     (band,) = measures["bands"]
     assert band["missed"] is None and band["watertight"] and band["components"] == 1
 

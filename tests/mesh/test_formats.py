@@ -9,7 +9,7 @@ from shapes_made import binary_stl
 
 from isarflow.core.errors import InputError
 from isarflow.mesh import topology
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.mesh.read.target import read_cad
 
 NAN = float("nan")
@@ -99,7 +99,7 @@ DEGENERATE = {
 def test_a_triangle_without_area_is_a_repair(tmp_path, name):
     (tmp_path / name).write_bytes(DEGENERATE[name])
     radar = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1}
-    _, measures = build(tmp_path / name, {}, {"edges_per_wavelength": 15, "bands": 1}, radar)
+    _, measures = build_meshes(tmp_path / name, {}, {"edges_per_wavelength": 15, "bands": 1}, radar)
     assert measures["repairs"]["degenerate_triangles"] == 1
     assert measures["bands"][0]["watertight"]
 
@@ -172,4 +172,4 @@ def test_a_target_too_far_from_the_origin_is_refused(tmp_path):
     (tmp_path / "far.off").write_bytes(off(T, vertices=V + 1e6))
     radar = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1}
     with pytest.raises(InputError, match=r"far\.off is 0\.2 m long but 1e\+06 m from the origin.*Move it"):
-        build(tmp_path / "far.off", {}, {"edges_per_wavelength": 15, "bands": 1}, radar)
+        build_meshes(tmp_path / "far.off", {}, {"edges_per_wavelength": 15, "bands": 1}, radar)

@@ -5,7 +5,7 @@ import pytest
 from shapes_made import cube, save, together, tube
 
 from isarflow.core.sweep import C0
-from isarflow.mesh.build import load
+from isarflow.mesh.build import load_source
 from isarflow.mesh.measures import warnings
 
 WAVELENGTH, EDGE = 0.1, 0.01  # m
@@ -41,7 +41,7 @@ def wedge():
 
 def said(tmp_path, shape):
     """The sentences on gaps that a file gets."""
-    measures = load(save(tmp_path / "gap.ply", *shape), {"unit": "m"}, MESH, RADAR).measures
+    measures = load_source(save(tmp_path / "gap.ply", *shape), {"unit": "m"}, MESH, RADAR).measures
     return [each for each in warnings({"source": measures, "bands": []}) if "walls face each other" in each]
 
 

@@ -6,7 +6,7 @@ from shapes_made import cube, soup, sphere, together
 
 from isarflow.core.errors import InputError
 from isarflow.mesh import topology
-from isarflow.mesh.build import build, load
+from isarflow.mesh.build import build_meshes, load_source
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.symmetry import positive_half
 from isarflow.scattering.solve import solve
@@ -74,7 +74,7 @@ HALVES = {
 def loaded(tmp_path, surface, target):
     path = tmp_path / "a.ply"
     write_ply(path, np.asarray(surface[0], float), np.asarray(surface[1], np.int32))
-    return load(path, target, MESH, RADAR)
+    return load_source(path, target, MESH, RADAR)
 
 
 @pytest.mark.parametrize("name", HALVES)
@@ -91,7 +91,7 @@ def test_a_completed_half_has_the_mesh_and_the_field_of_the_whole(tmp_path):
     for name, surface in (("half", half(BALL, 1)), ("whole", BALL)):
         (tmp_path / name).mkdir()
         loaded(tmp_path / name, surface, {"symmetry": ["xz"]})
-        (mesh,), measures = build(tmp_path / name / "a.ply", {"symmetry": ["xz"]}, MESH, RADAR)
+        (mesh,), measures = build_meshes(tmp_path / name / "a.ply", {"symmetry": ["xz"]}, MESH, RADAR)
         (band,) = measures["bands"]
         assert band["missed"] is None and band["watertight"] and band["components"] == 1 and band["mirror_error"] == 0
         assert measures["source"].get("completed") == (["xz"] if name == "half" else None)

@@ -9,7 +9,7 @@ from patches_made import WEDGE, octants, patch, skins, slotted, surface, turned,
 from shapes_made import cone, cube, soup, sphere, together
 
 from isarflow.mesh import topology
-from isarflow.mesh.build import build, write
+from isarflow.mesh.build import build_meshes, write
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.repair import joins
 from isarflow.mesh.repair.openings import across, openings
@@ -104,7 +104,7 @@ def test_octants_that_sample_their_seams_apart_become_a_sphere(name):
 
 def test_an_unsewn_sphere_is_meshed_as_a_closed_one(tmp_path):
     write_ply(tmp_path / "sphere.ply", *surface(octants(COARSE)))
-    (mesh,), measures = build(tmp_path / "sphere.ply", {}, MESH, RADAR)
+    (mesh,), measures = build_meshes(tmp_path / "sphere.ply", {}, MESH, RADAR)
     assert topology.is_watertight(mesh[1]) and measures["source"]["warnings"] == []
     assert 9.2e-4 < measures["source"]["joined_by"] < 9.6e-4  # m; a chord of 33.7 mm is 0.94 mm from its arc
     assert measures["bands"][0]["unknowns"] == 1.5 * measures["bands"][0]["triangles"]
@@ -196,7 +196,7 @@ def test_a_slot_has_one_field_however_its_rim_is_cut(tmp_path):
     fields, unknowns = [], []
     for counts in ((1, 1), (12, 12)):
         write_ply(tmp_path / "slot.ply", *surface([slotted(3e-4, counts)]))
-        (mesh,), measures = build(tmp_path / "slot.ply", {}, MESH, RADAR | {"center_frequency": 2.0e9})
+        (mesh,), measures = build_meshes(tmp_path / "slot.ply", {}, MESH, RADAR | {"center_frequency": 2.0e9})
         unknowns.append(measures["bands"][0]["unknowns"])
         fields.append(solve(*mesh, [0.8e9, 1.0e9], [0, 30], [0], ["VV", "HH"], threads=1).field)
     assert unknowns[0] == pytest.approx(unknowns[1], rel=0.01)

@@ -5,7 +5,7 @@ from habits_made import HABITS
 from shapes_made import save
 
 from isarflow.mesh import topology
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.mesh.repair.arrange import first_crossing
 
 MESH = {"edges_per_wavelength": 10, "bands": 1}
@@ -28,7 +28,7 @@ def test_files_of_makers_habits_become_one_sound_body(tmp_path, name):
     shape = habit.make()
     radar = {"center_frequency": habit.frequency * 1e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
     target = {"unit": "m", "symmetry": list(habit.symmetry)}
-    (mesh,), measures = build(save(tmp_path / "part.ply", *shape), target, MESH, radar)
+    (mesh,), measures = build_meshes(save(tmp_path / "part.ply", *shape), target, MESH, radar)
     (band,) = measures["bands"]
     assert band["components"] == 1 and band["missed"] is None and first_crossing(*mesh) is None
     assert band["watertight"] == (name != "fin without thickness")

@@ -9,13 +9,13 @@ from shapes_made import cube, save, sphere, together
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0
 from isarflow.mesh import topology
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.repair.surface import repair
 from isarflow.mesh.resolution import check_resolution
 from isarflow.scattering.solve import solve
 from isarflow.setup.checkup import checkup
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.overview import overview
 
 RADAR = {"center_frequency": C0, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}  # wavelength 1 m
@@ -31,7 +31,7 @@ def plate(path, side):
 
 def meshed(path, density, radar=RADAR, bands=1):
     mesh = {"edges_per_wavelength": density, "bands": bands}
-    return build(path, {"unit": "m"}, mesh, radar)
+    return build_meshes(path, {"unit": "m"}, mesh, radar)
 
 
 def test_every_band_has_twenty_edges_across_the_target(tmp_path):
@@ -55,7 +55,7 @@ def test_a_mesh_as_drawn_has_the_files_own_surface(tmp_path):
     vertices, triangles = cube(1.0)
     path, waves = save(tmp_path / "bar.ply", vertices * [1, 0.05, 0.05], triangles), {"center_frequency": 100 * C0}
     mesh = {"edges_per_wavelength": 10, "bands": 1, "remesh": False}
-    ((vertices, triangles),), measures = build(path, {"unit": "m"}, mesh, RADAR | waves)
+    ((vertices, triangles),), measures = build_meshes(path, {"unit": "m"}, mesh, RADAR | waves)
     (band,) = measures["bands"]
     assert topology.is_watertight(triangles)
     assert topology.edge_lengths(vertices, triangles).max() <= band["wanted_edge"] == pytest.approx(0.01)
@@ -68,7 +68,7 @@ def test_a_sphere_far_smaller_than_the_wavelength_scatters_as_rayleigh_says(tmp_
     radius = 0.01 / (2 * np.pi)
     target = {"unit": "m", "length": 2 * radius, "symmetry": ["xz", "yz"]}
     path, mesh = save(tmp_path / "sphere.ply", *sphere(radius, 3)), {"edges_per_wavelength": 10, "bands": 1}
-    ((made,), _) = build(path, target, mesh, RADAR)
+    ((made,), _) = build_meshes(path, target, mesh, RADAR)
     here = [C0], [0.0], [0.0, 45.0], ("VV",), ("xz", "yz")
     field = solve(*made, *map(np.array, here[:3]), *here[3:], precision="double").field
     section = 4 * np.pi * np.abs(field) ** 2 / (np.pi * radius**2)
@@ -82,7 +82,7 @@ def test_what_single_precision_cannot_do_is_said_before_any_work(tmp_path):
     with pytest.raises(InputError, match=r"1000 in a wavelength, and 300 .*'scattering.precision: double'"):
         check_resolution([1 / 50] * 3, mesh, settings, "plate", "single")
     with pytest.raises(InputError, match="raise the frequency"):
-        build(plate(tmp_path / "plate.ply", 1e-3), {"unit": "m", "length": 1e-3}, mesh, RADAR)
+        build_meshes(plate(tmp_path / "plate.ply", 1e-3), {"unit": "m", "length": 1e-3}, mesh, RADAR)
 
 
 def test_a_small_plate_has_the_field_of_a_finer_mesh(tmp_path):
@@ -96,7 +96,7 @@ def test_a_small_plate_has_the_field_of_a_finer_mesh(tmp_path):
 
 
 def config_of(path, density):
-    return load(
+    return load_config(
         {
             "targets": {"*": None, "large": {"mesh": str(path), "role": "known", "length": 0.9}},
             "mesh": {"edges_per_wavelength": density, "bands": 1},
@@ -143,7 +143,7 @@ def test_a_file_that_cannot_be_read_stops_a_run_before_any_work(tmp_path):
 
 def of_plate(path, target, precision="single"):
     """A config of a plate far smaller than the wavelength of 30 m."""
-    return load(
+    return load_config(
         {
             "targets": {"*": None, "plate": {"mesh": str(path), "role": "other", **target}},
             "mesh": {"edges_per_wavelength": 10, "bands": 1},

@@ -9,7 +9,7 @@ from stored import unknowns
 
 from isarflow.core.errors import InputError
 from isarflow.mesh import symmetry, topology
-from isarflow.mesh.build import build, write
+from isarflow.mesh.build import build_meshes, write
 from isarflow.mesh.ground import samples
 from isarflow.mesh.io import read_ply, write_ply
 from isarflow.mesh.read import target
@@ -37,7 +37,7 @@ def is_mirrored(vertices, triangles, axis):
 @pytest.mark.parametrize("mirror", PLANES)
 def test_sphere_keeps_area_and_volume(tmp_path, mirror):
     path = save(tmp_path / "sphere.ply", *sphere())
-    (mesh,), described = build(path, {"symmetry": mirror}, MESH, RADAR)
+    (mesh,), described = build_meshes(path, {"symmetry": mirror}, MESH, RADAR)
     assert topology.is_watertight(mesh[1])
     assert topology.areas(*mesh).sum() == pytest.approx(4 * np.pi * 0.15**2, rel=0.01)
     assert topology.tetrahedra(*mesh).sum() == pytest.approx(4 / 3 * np.pi * 0.15**3, rel=0.01)
@@ -50,7 +50,7 @@ def test_sphere_keeps_area_and_volume(tmp_path, mirror):
 @pytest.mark.parametrize("mirror", PLANES)
 def test_cube_keeps_its_edges_and_corners(tmp_path, mirror):
     path = save(tmp_path / "cube.off", *cube(0.2))
-    (mesh,), described = build(path, {"symmetry": mirror}, MESH, RADAR)
+    (mesh,), described = build_meshes(path, {"symmetry": mirror}, MESH, RADAR)
     assert all(is_mirrored(*mesh, axis) for axis in symmetry.axes(mirror))
     assert topology.areas(*mesh).sum() == pytest.approx(6 * 0.2**2, rel=1e-6)
     assert np.abs(mesh[0]).max() == pytest.approx(0.1)
@@ -59,14 +59,14 @@ def test_cube_keeps_its_edges_and_corners(tmp_path, mirror):
 
 @pytest.mark.parametrize("mirror", PLANES[1:])
 def test_solver_takes_the_planes(tmp_path, mirror):
-    (mesh,), _ = build(save(tmp_path / "cube.ply", *cube(0.2)), {"symmetry": mirror}, MESH, RADAR)
+    (mesh,), _ = build_meshes(save(tmp_path / "cube.ply", *cube(0.2)), {"symmetry": mirror}, MESH, RADAR)
     assert unknowns(fundamental_domain(*mesh, mirror)) == topology.unknowns(mesh[1])
 
 
 def test_millimetres(tmp_path):
     vertices, triangles = cube(0.2)
-    metres = build(save(tmp_path / "m.ply", vertices, triangles), {}, MESH, RADAR)[1]
-    millimetres = build(save(tmp_path / "mm.ply", vertices * 1000, triangles), {"unit": "mm"}, MESH, RADAR)[1]
+    metres = build_meshes(save(tmp_path / "m.ply", vertices, triangles), {}, MESH, RADAR)[1]
+    millimetres = build_meshes(save(tmp_path / "mm.ply", vertices * 1000, triangles), {"unit": "mm"}, MESH, RADAR)[1]
     assert millimetres["source"]["box"] == pytest.approx(metres["source"]["box"])
     assert millimetres["source"]["raw"]["box"] == pytest.approx([0.2] * 3)
 
@@ -123,7 +123,7 @@ def test_open_round_walls_keep_their_radius(tmp_path, mirror):
     rings = [np.stack([0 * turn + x, r * np.cos(turn), r * np.sin(turn)], axis=1) for x, r in profile]
     quads = np.concatenate([np.stack([n, np.roll(n, -1), np.roll(n, -1) + 96, n + 96], 1) for n in (here, here + 96)])
     source = np.concatenate(rings), np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])
-    (mesh,), measures = build(save(tmp_path / "tube.ply", *source), {"symmetry": mirror}, MESH, RADAR)
+    (mesh,), measures = build_meshes(save(tmp_path / "tube.ply", *source), {"symmetry": mirror}, MESH, RADAR)
     wall = mesh[1][np.abs(topology.shape(mesh[0][mesh[1]])[0][:, 0]) < 0.5]
     points, area, _ = samples(mesh[0], wall, 0.003)
     assert np.average(np.hypot(*points.T[1:]), weights=area) == pytest.approx(0.1, rel=2e-3)

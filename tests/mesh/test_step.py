@@ -10,10 +10,9 @@ from shapes_made import check_solid
 
 from isarflow.core.errors import InputError
 from isarflow.mesh import topology
-from isarflow.mesh.build import build
-from isarflow.mesh.build import load as load_source
+from isarflow.mesh.build import build_meshes, load_source
 from isarflow.mesh.read import cad_kernel
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}
@@ -101,7 +100,7 @@ def test_solid_comes_back_and_makes_a_good_mesh(tmp_path, shapes, name, file, so
     assert np.ptp(vertices, axis=0) == pytest.approx(box, rel=1e-3)
     assert topology.areas(vertices, triangles).sum() == pytest.approx(area, rel=1e-3)
     assert topology.tetrahedra(vertices, triangles).sum() == pytest.approx(volume, rel=1e-3)  # so they face outwards
-    (mesh,), measures = build(path, {}, MESH, RADAR)
+    (mesh,), measures = build_meshes(path, {}, MESH, RADAR)
     check_solid(EDGE, mesh, volume, area)
     assert max(measures["bands"][0]["hausdorff"].values()) <= measures["bands"][0]["wavelength"] / 40
 
@@ -176,9 +175,9 @@ def test_the_files_own_unit_counts(tmp_path, shapes):
     with pytest.raises(
         InputError, match=r"300 m .* too long .* mistaken\. If it is right, state the target's 'length'"
     ):
-        build(path, {}, MESH, RADAR)
+        build_meshes(path, {}, MESH, RADAR)
     with pytest.raises(InputError, match=r"300 m .* its 'length' says 0\.3 m\. Its unit is stated in the file\."):
-        build(path, {"length": 0.3}, MESH, RADAR)
+        build_meshes(path, {"length": 0.3}, MESH, RADAR)
 
 
 @needs_kernel
@@ -195,7 +194,7 @@ def test_a_file_cut_short_is_refused(tmp_path, shapes, file, part, message):
     path = write_shape(tmp_path / file, shapes.tin, 0)
     path.write_bytes(path.read_bytes()[: int(part * path.stat().st_size)])
     with pytest.raises(InputError, match=rf"{file}.*{message}"):
-        build(path, {}, MESH, RADAR)
+        build_meshes(path, {}, MESH, RADAR)
 
 
 @pytest.fixture
@@ -370,7 +369,7 @@ def test_an_error_of_the_kernel_is_a_sentence_with_the_file(tmp_path, shapes, mo
 def test_other_content_is_refused(tmp_path, file):
     (tmp_path / file).write_text("This is a letter, not a target. " * 20)
     with pytest.raises(InputError, match=file):
-        build(tmp_path / file, {}, MESH, RADAR)
+        build_meshes(tmp_path / file, {}, MESH, RADAR)
 
 
 @needs_kernel
@@ -381,14 +380,14 @@ def test_a_curve_is_refused(tmp_path, file):
 
     edge = BRepBuilderAPI_MakeEdge(gp_Pnt(0.0, 0.0, 0.0), gp_Pnt(100.0, 0.0, 0.0)).Edge()
     with pytest.raises(InputError, match=r"curve\..* holds no surfaces"):
-        build(write_shape(tmp_path / file, edge, 0), {}, MESH, RADAR)
+        build_meshes(write_shape(tmp_path / file, edge, 0), {}, MESH, RADAR)
 
 
 @needs_kernel
 def test_a_unit_beside_the_files_own_is_refused(tmp_path):
     (tmp_path / "a.step").touch()
     with pytest.raises(InputError, match=r"'targets\.a\.unit': .*a\.step states its own unit"):
-        load({"targets": {"a": {"mesh": str(tmp_path / "a.step"), "role": "known", "unit": "mm"}}})
+        load_config({"targets": {"a": {"mesh": str(tmp_path / "a.step"), "role": "known", "unit": "mm"}}})
 
 
 def test_without_the_kernel_the_key_and_the_command_are_named(tmp_path, monkeypatch):
@@ -398,6 +397,6 @@ def test_without_the_kernel_the_key_and_the_command_are_named(tmp_path, monkeypa
         with pytest.raises(
             InputError, match=rf"'targets\.a\.mesh': .*{file}.*pip install.*envs/requirements-step\.lock"
         ):
-            load({"targets": {"a": {"mesh": str(tmp_path / file), "role": "known"}}})
+            load_config({"targets": {"a": {"mesh": str(tmp_path / file), "role": "known"}}})
         with pytest.raises(InputError, match=rf"{file}.*pip install.*envs/requirements-step\.lock"):
-            build(tmp_path / file, {}, MESH, RADAR)
+            build_meshes(tmp_path / file, {}, MESH, RADAR)

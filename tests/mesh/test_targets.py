@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from isarflow.mesh import topology
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.mesh.read.target import read_cad
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 
-CONFIG = load()
+CONFIG = load_config()
 CLOSED = ("drone", "missile", "aircraft", "ufo")
 TARGETS = (*CLOSED, "trihedral")
 HIGHER = {"center_frequency": 2.775e9, "bandwidth": 1.5e9, "frequencies": 14}  # to 3.525 GHz
@@ -18,7 +18,7 @@ HIGHER = {"center_frequency": 2.775e9, "bandwidth": 1.5e9, "frequencies": 14}  #
 def built():
     def one(name, radar):
         target = CONFIG["targets"][name]
-        return build(target["mesh"], target, CONFIG["mesh"], CONFIG["radar"] | radar)
+        return build_meshes(target["mesh"], target, CONFIG["mesh"], CONFIG["radar"] | radar)
 
     return {name: one(name, {}) for name in TARGETS} | {"drone, higher": one("drone", HIGHER)}
 
@@ -88,7 +88,7 @@ def test_bands_go_up_in_frequency(built):
 
 def test_second_run_gives_the_same_bytes(built):
     target = CONFIG["targets"]["drone"]
-    meshes, measures = build(target["mesh"], target, CONFIG["mesh"], CONFIG["radar"])
+    meshes, measures = build_meshes(target["mesh"], target, CONFIG["mesh"], CONFIG["radar"])
     assert measures == built["drone"][1]
     for again, first in zip(meshes, built["drone"][0], strict=True):
         assert again[0].tobytes() == first[0].tobytes()

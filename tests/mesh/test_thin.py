@@ -5,7 +5,7 @@ import pytest
 from shapes_made import cone, cube, lofted, save, together, tube
 
 from isarflow.mesh import topology
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.mesh.remesh.isotropic import restore_volume
 from isarflow.mesh.repair.arrange import first_crossing
 
@@ -45,7 +45,7 @@ def drone(thickness):
 
 
 def made(tmp_path, shape, planes=()):
-    (mesh,), measures = build(save(tmp_path / "thin.ply", *shape), {"symmetry": list(planes)}, MESH, RADAR)
+    (mesh,), measures = build_meshes(save(tmp_path / "thin.ply", *shape), {"symmetry": list(planes)}, MESH, RADAR)
     (band,) = measures["bands"]
     assert topology.is_watertight(mesh[1])
     assert topology.tetrahedra(*mesh).sum() == pytest.approx(band["volume"]["before"], rel=0.01)

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from shapes_made import check_solid, cube, fine_cube, lofted, sphere, together, tube
 
 from isarflow.mesh import symmetry, topology
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.repair import arrange
 from isarflow.mesh.repair.surface import repair
@@ -119,7 +119,7 @@ def test_a_bolt_fills_its_hole(tmp_path, name):
     assert (repairs["closed_slits"] > 0) == (name != "exact")
     if name == "turned":
         write_ply(tmp_path / "bolt.ply", vertices, triangles)
-        (mesh,), measures = build(tmp_path / "bolt.ply", {}, MESH | {"edges_per_wavelength": 50}, RADAR)
+        (mesh,), measures = build_meshes(tmp_path / "bolt.ply", {}, MESH | {"edges_per_wavelength": 50}, RADAR)
         assert closed_and_sound(*mesh) and measures["bands"][0]["missed"] is None
         assert topology.tetrahedra(*mesh).sum() == pytest.approx(volume, rel=5e-3)
 
@@ -158,7 +158,7 @@ def test_rivets_that_the_field_cannot_see_are_dropped(tmp_path, shape, deep):
     assert repairs["dropped_details"] == 600 and len(faces) == 12
     if shape is cube and deep:
         write_ply(tmp_path / "rivets.ply", vertices, triangles)
-        (mesh,), measures = build(tmp_path / "rivets.ply", {}, MESH, RADAR)
+        (mesh,), measures = build_meshes(tmp_path / "rivets.ply", {}, MESH, RADAR)
         check_solid(EDGE, mesh, 0.2**3, 6 * 0.2**2)
         assert measures["repairs"]["dropped_details"] == 600
 

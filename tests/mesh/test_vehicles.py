@@ -5,7 +5,7 @@ from shapes_made import save
 from vehicles_made import drawn, uav
 
 from isarflow.mesh import topology
-from isarflow.mesh.build import build, missed
+from isarflow.mesh.build import build_meshes, missed
 from isarflow.mesh.repair.arrange import first_crossing
 from isarflow.mesh.repair.surface import repair
 
@@ -14,7 +14,7 @@ MESH = {"edges_per_wavelength": 10, "bands": 1}
 
 def test_a_uav_with_trailing_edges_of_a_quarter_millimetre_keeps_to_its_source(tmp_path):
     radar = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
-    (mesh,), measures = build(save(tmp_path / "uav.ply", *uav()), {"unit": "m"}, MESH, radar)
+    (mesh,), measures = build_meshes(save(tmp_path / "uav.ply", *uav()), {"unit": "m"}, MESH, radar)
     (band,) = measures["bands"]
     assert measures["repairs"]["united_solids"] == 5 and band["components"] == 1 and band["watertight"]
     assert band["missed"] is None and first_crossing(*mesh) is None
@@ -25,7 +25,7 @@ def test_a_uav_with_trailing_edges_of_a_quarter_millimetre_keeps_to_its_source(t
 @pytest.mark.parametrize(("number", "gigahertz"), [(4, 1.0), (88, 1.0)])
 def test_walls_far_nearer_than_chords_are_deep_do_not_cross(tmp_path, number, gigahertz):
     radar = {"center_frequency": gigahertz * 1e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
-    (mesh,), measures = build(save(tmp_path / "vehicle.ply", *drawn(number)), {"unit": "m"}, MESH, radar)
+    (mesh,), measures = build_meshes(save(tmp_path / "vehicle.ply", *drawn(number)), {"unit": "m"}, MESH, radar)
     (band,) = measures["bands"]
     assert first_crossing(*mesh) is None and band["watertight"]
     assert max(band["hausdorff"].values()) <= band["wavelength"] / 40

@@ -14,7 +14,7 @@ from shapes_made import cube, lofted, save, together, tube
 from vehicles_made import fin, fuselage, plan_wing
 
 from isarflow.core.sweep import C0
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.scattering.solve import solve
 
 WAVELENGTH = 0.1  # m
@@ -103,7 +103,7 @@ def field_of(path, shape, planes, density, threads):
     radar = {"center_frequency": C0 / WAVELENGTH, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV", "HH"]}
     source = save(Path(path) / "shape.ply", *shape)
     target = {"unit": "m", "symmetry": planes}
-    (mesh,), measures = build(source, target, {"edges_per_wavelength": density, "bands": 1}, radar)
+    (mesh,), measures = build_meshes(source, target, {"edges_per_wavelength": density, "bands": 1}, radar)
     given = [C0 / WAVELENGTH], ELEVATION, AZIMUTH, radar["polarizations"], planes
     solution = solve(*mesh, *given, precision="single", threads=threads)
     return solution.field[:, 0].reshape(2, -1), measures["bands"][0]

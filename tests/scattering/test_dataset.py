@@ -8,14 +8,14 @@ import pytest
 from isarflow.core.store import open_store
 from isarflow.core.sweep import sweeps
 from isarflow.mesh.build import build_bands
-from isarflow.mesh.build import load as load_target
+from isarflow.mesh.build import load_source as load_target
 from isarflow.mesh.io import write_ply
 from isarflow.scattering.solve import solve
-from isarflow.setup.config import ROOT, load
+from isarflow.setup.config import ROOT, load_config
 from isarflow.setup.yaml_file import read_yaml
 
 FIELDS = ROOT / "resources" / "fields"
-CONFIG = load(read_yaml(ROOT / "config" / "thesis.yaml"))
+CONFIG = load_config(read_yaml(ROOT / "config" / "thesis.yaml"))
 pytestmark = pytest.mark.skipif(
     not all((FIELDS / f"{target}.zarr").exists() for target in CONFIG["targets"]), reason="the dataset is in the making"
 )

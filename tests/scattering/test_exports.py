@@ -7,7 +7,7 @@ from pointed_made import karman, rimmed
 from shapes_made import save, together
 from vehicles_made import fin, fuselage, plan_wing
 
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.scattering.solve import solve
 
 MESHES = 3  # of each export
@@ -32,7 +32,7 @@ EXPORTS = {  # name -> Hz and exports; 2.5 and 3 wavelengths long
 def field(path, shape, frequency, planes, density):
     radar = {"center_frequency": frequency, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV", "HH"]}
     source = save(path / "body.ply", *shape)
-    (mesh,), measures = build(source, {"symmetry": planes}, {"edges_per_wavelength": density, "bands": 1}, radar)
+    (mesh,), measures = build_meshes(source, {"symmetry": planes}, {"edges_per_wavelength": density, "bands": 1}, radar)
     given = [frequency], ELEVATION, AZIMUTH, radar["polarizations"], planes
     return solve(*mesh, *given, precision="single", threads=2).field[:, 0].reshape(2, -1), measures["bands"][0]
 

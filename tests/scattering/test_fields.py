@@ -9,7 +9,7 @@ from pointed_made import rimmed
 from shapes_made import lofted, save
 
 from isarflow.core.sweep import C0
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.scattering.solve import solve
 
 
@@ -64,7 +64,7 @@ def test_a_wire_resonates_as_it_does_with_all_its_facets(tmp_path):
     facets = lofted([ring - np.array([0, 0, 0.075 * np.cos(np.pi * row / 20)]) for row in range(21)])
     radar = {"center_frequency": 0.95e9, "bandwidth": 0.3e9, "frequencies": 7, "polarizations": ["VV"]}
     mesh = {"edges_per_wavelength": 10, "bands": 1}
-    (made,), measures = build(save(tmp_path / "wire.ply", *facets), {"unit": "m"}, mesh, radar)
+    (made,), measures = build_meshes(save(tmp_path / "wire.ply", *facets), {"unit": "m"}, mesh, radar)
     given = np.linspace(0.8e9, 1.1e9, 7), [0.0, 40.0], [0.0], ["VV"]
     levels = [20 * np.log10(np.abs(solve(*of, *given, precision="double").field)) for of in (made, facets)]
     assert np.abs(levels[0] - levels[1]).max() <= 0.3  # 0.12 when this was written

@@ -12,7 +12,7 @@ from isarflow.core.sweep import sweeps
 from isarflow.mesh.families import stated_values
 from isarflow.scattering.fields.external import write_external
 from isarflow.scattering.fields.store import write_field
-from isarflow.setup.config import ROOT, load
+from isarflow.setup.config import ROOT, load_config
 from isarflow.setup.yaml_file import read_yaml
 
 CONFIG = {
@@ -58,7 +58,7 @@ def solved(results, config, name, odd=0.0):
 
 
 def test_a_finished_field_is_kept_and_read_whole(script, tmp_path, capsys, monkeypatch):
-    config, results = load(CONFIG), tmp_path / "results"
+    config, results = load_config(CONFIG), tmp_path / "results"
     field = solved(results, config, "box_02")
     script.keep(config, results)
     assert "kept box_02: residual at most 2.0e-05, 20 s of processors" in capsys.readouterr().out
@@ -85,12 +85,12 @@ def test_a_finished_field_is_kept_and_read_whole(script, tmp_path, capsys, monke
 
 
 def test_other_parameters_are_another_model_and_an_odd_field_is_not_kept(script, tmp_path, capsys):
-    config, results = load(CONFIG), tmp_path / "results"
+    config, results = load_config(CONFIG), tmp_path / "results"
     for name in ("box_01", "box_02"):
         solved(results, config, name, odd=0.01 if name == "box_02" else 0.0)
     with pytest.raises(SystemExit, match=r"^box_02: the field is 3\.7e-03 of itself from its mirror image"):
         script.keep(config, results)
-    other = load(CONFIG, {"targets": {"box": {"family": {"seed": 2}}}})
+    other = load_config(CONFIG, {"targets": {"box": {"family": {"seed": 2}}}})
     capsys.readouterr()
     for asked, names in ((config, ["box_02"]), (other, ["box_01", "box_02"])):
         script.missing(asked, results)

@@ -4,7 +4,7 @@ import pytest
 
 from isarflow.scattering import machine, needs
 from isarflow.scattering.machine import REFERENCE_SECONDS
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 
 
 def test_a_machine_is_measured_once(monkeypatch):
@@ -19,7 +19,7 @@ def test_a_machine_is_measured_once(monkeypatch):
 
 
 def test_what_is_expected_is_for_the_machine_at_hand(monkeypatch):
-    config, size = load(), {"area": 0.5, "box": [1.0, 0.8, 0.2]}
+    config, size = load_config(), {"area": 0.5, "box": [1.0, 0.8, 0.2]}
     expected = {}
     for times in (1, 3):
         monkeypatch.setattr(needs, "slowness", lambda times=times: times)

@@ -17,7 +17,7 @@ from isarflow.scattering.band import solve_band
 from isarflow.scattering.costs import chosen_tolerance, planned
 from isarflow.scattering.solve import solve
 from isarflow.scattering.solver import build_solver
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 
 RADAR = {"center_frequency": 2.775e9, "bandwidth": 1.5e9, "frequencies": 14, "polarizations": ["VV"]}
 ASPECT = {"elevation": {"start": -45, "stop": 45, "step": 15}, "azimuth": {"count": 121}}
@@ -36,7 +36,7 @@ def plan(unknowns, planes, sweep=SWEEP, scattering=SINGLE, radius=RADIUS, tolera
 
 
 def test_largest_thesis_target_fits_into_24_gib():
-    config = load({"radar": {"center_frequency": 5.55e9, "bandwidth": 3.0e9, "frequencies": 27},
+    config = load_config({"radar": {"center_frequency": 5.55e9, "bandwidth": 3.0e9, "frequencies": 27},
                    "aspect": {"elevation": {"step": 5}, "azimuth": {"count": 242}}})  # fmt: skip
     *_, top = sweeps(config["radar"], config["aspect"], 7)
     assert 8 * 92_000**2 / 4 / 1e6 < plan(92_000, 1, top, radius=0.66)[0] <= NODE_24_GIB

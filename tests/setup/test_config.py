@@ -12,7 +12,7 @@ from isarflow.learning.caveats import warnings
 from isarflow.learning.experiments import runs
 from isarflow.scattering.needs import method
 from isarflow.setup.artefacts import Plan
-from isarflow.setup.config import ROOT, load, section
+from isarflow.setup.config import ROOT, load_config, section
 from isarflow.setup.overview import overview
 from isarflow.setup.yaml_file import read_yaml
 
@@ -27,74 +27,76 @@ def test_shipped_configs_are_valid(path):
     over_families = path.stem in ("kinds", "variant")
     below = [read_yaml(path.with_name("families-fields.yaml"))] if over_families else []
     if path.stem not in ("schema", "materials"):
-        assert load(*below, read_yaml(path))["name"] == read_yaml(path)["name"]
+        assert load_config(*below, read_yaml(path))["name"] == read_yaml(path)["name"]
 
 
 def test_a_target_may_have_its_own_formulation():
-    config = load({"targets": {"a": {**KNOWN, "formulation": "cfie"}, "b": KNOWN}})
+    config = load_config({"targets": {"a": {**KNOWN, "formulation": "cfie"}, "b": KNOWN}})
     assert config["targets"]["a"]["formulation"] == "cfie"
     assert config["scattering"]["formulation"] == "efie"
 
 
 def test_a_material_has_its_numbers_written_out():
-    config = load(of_material({"name": "abs", "thickness": 0.0015}))
+    config = load_config(of_material({"name": "abs", "thickness": 0.0015}))
     material = {"name": "abs", "permittivity": 2.7, "loss_tangent": 0.008, "thickness": 0.0015}
     assert method(config, "a")["material"] == config["targets"]["a"]["material"] == material
     assert "material" not in method(config, "drone")
-    assert load(of_material("space_cloth"))["targets"]["a"]["material"]["resistance"] == 376.73
+    assert load_config(of_material("space_cloth"))["targets"]["a"]["material"]["resistance"] == 376.73
 
 
 def test_parts_have_materials_of_their_own():
-    config = load(of_parts(shell={**ABS, "mesh": DRONE}, motors={"mesh": DRONE}, wires={"mesh": DRONE}))
+    config = load_config(of_parts(shell={**ABS, "mesh": DRONE}, motors={"mesh": DRONE}, wires={"mesh": DRONE}))
     shell = {"name": "abs", "permittivity": 2.7, "loss_tangent": 0.008, "thickness": 0.0015}
     assert method(config, "a")["parts"] == {"motors": {}, "shell": {"material": shell}, "wires": {}}
     assert config["targets"]["a"]["parts"]["shell"] == {"mesh": DRONE, "material": shell}
     # Of metal alone they are solved as one mesh is, by every solver.
     metal = {"a": {"mesh": DRONE, "material": "pec"}, "b": {"mesh": DRONE}}
-    assert "parts" not in method(load({**of_parts(**metal), "scattering": {"solver": "po"}}), "a")
+    assert "parts" not in method(load_config({**of_parts(**metal), "scattering": {"solver": "po"}}), "a")
 
 
 def test_a_material_s_numbers_are_checked_in_its_file_too(tmp_path, monkeypatch):
     (tmp_path / "materials.yaml").write_text("foam: {permittivity: 0.9, loss_tangent: 0}")
     monkeypatch.setattr("isarflow.setup.materials.CATALOGUE", tmp_path / "materials.yaml")
     with pytest.raises(InputError, match=r"'targets\.a\.material\.permittivity': 0\.9 is less than"):
-        load(of_material({"name": "foam", "thickness": 0.01}))
+        load_config(of_material({"name": "foam", "thickness": 0.01}))
 
 
 def test_numbers_of_a_material_s_file_may_have_exponents(tmp_path, monkeypatch):
     (tmp_path / "materials.yaml").write_text("film: {conductivity: 5.8e7, thickness: 1e-7}")
     monkeypatch.setattr("isarflow.setup.materials.CATALOGUE", tmp_path / "materials.yaml")
-    assert load(of_material("film"))["targets"]["a"]["material"]["conductivity"] == 5.8e7
+    assert load_config(of_material("film"))["targets"]["a"]["material"]["conductivity"] == 5.8e7
 
 
 def test_metal_by_name_is_solved_as_metal_is():
     for settings in ({"formulation": "cfie"}, {"solver": "po"}):
-        load({**of_material("pec"), "scattering": settings})
+        load_config({**of_material("pec"), "scattering": settings})
 
 
 def test_what_a_material_lacks_is_said_of_the_form_that_it_has():
-    said = refusal(load, of_material({"permittivity": 2.9}))
+    said = refusal(load_config, of_material({"permittivity": 2.9}))
     assert "material.loss_tangent' is missing" in said and "has none" not in said
 
 
 def test_a_thick_film_is_metal_only_if_it_reflects_like_metal():
     copper, poor = ({"conductivity": of, "thickness": 2e-2} for of in (5.8e7, 1.0))
-    assert "like metal" in refusal(load, of_material(copper)) and "like metal" not in refusal(load, of_material(poor))
+    assert "like metal" in refusal(load_config, of_material(copper)) and "like metal" not in refusal(
+        load_config, of_material(poor)
+    )
 
 
 @pytest.mark.parametrize("name", read_yaml(ROOT / "config/materials.yaml"))
 def test_every_named_material_is_a_sheet(name):
     tried = {"name": name}, {"name": name, "thickness": 1e-4}
-    assert "" in [refusal(load, of_material(material)) for material in tried]
+    assert "" in [refusal(load_config, of_material(material)) for material in tried]
 
 
 def test_exponents_without_a_sign_are_numbers():
-    assert load()["radar"]["center_frequency"] == 2.775e9
-    assert load({"radar": {"bandwidth": "1e9"}})["radar"]["bandwidth"] == 1e9
+    assert load_config()["radar"]["center_frequency"] == 2.775e9
+    assert load_config({"radar": {"bandwidth": "1e9"}})["radar"]["bandwidth"] == 1e9
 
 
 def test_section_does_not_depend_on_order():
-    config = load()
+    config = load_config()
     backwards = {
         key: dict(reversed(list(value.items()))) if isinstance(value, dict) else value for key, value in config.items()
     }
@@ -659,7 +661,7 @@ def test_bad_field_is_refused_with_its_key(case, tmp_path, monkeypatch):
     target, key, hint = BAD_FIELDS[case]
     with pytest.raises(InputError) as caught:
         targets = {"a": {**target, "role": "other"}}
-        load({"name": "mine", "targets": targets, **IN_VV})
+        load_config({"name": "mine", "targets": targets, **IN_VV})
     assert f"'{key}'" in str(caught.value)
     assert hint in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -670,14 +672,14 @@ def test_a_target_may_be_a_field(field, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "here.ffe").touch()
     targets = {"a": {"field": field, "role": "other"}}
-    assert load({"targets": {"*": None, **targets}, **IN_VV})["targets"] == targets
+    assert load_config({"targets": {"*": None, **targets}, **IN_VV})["targets"] == targets
 
 
 @pytest.mark.parametrize("case", BAD)
 def test_bad_config_is_refused_with_its_key(case):
     overlay, key, hint = BAD[case]
     with pytest.raises(InputError) as caught:
-        load(overlay)
+        load_config(overlay)
     message = str(caught.value)
     assert key in message
     assert hint in message
@@ -685,7 +687,9 @@ def test_bad_config_is_refused_with_its_key(case):
 
 
 def test_a_model_has_the_settings_of_its_kind_where_it_has_none():
-    models = load({"learning": {"models": {"mine": {"kind": "fcnn", "epochs": 9}, "fcnn": {"width": 33}}}})["learning"]
+    models = load_config({"learning": {"models": {"mine": {"kind": "fcnn", "epochs": 9}, "fcnn": {"width": 33}}}})[
+        "learning"
+    ]
     mine = models["models"]["mine"]
     assert (mine["epochs"], mine["width"], mine["kind"]) == (9, 33, "fcnn")
     assert models["models"]["fcnn"]["epochs"] == 5
@@ -704,13 +708,13 @@ def own_models(tmp_path, monkeypatch):
 def test_a_model_of_ones_own_takes_any_settings(own_models):
     (own_models / "mine.py").write_text((own_models / "knn.py").read_text().replace("SETTINGS", "NOTES"))
     overlay = {"learning": {"models": {"mine": {"depth": 3, "k": 1}}, **one_experiment(models=["mine"])["learning"]}}
-    assert load(overlay)["learning"]["models"]["mine"] == {"depth": 3, "k": 1}
+    assert load_config(overlay)["learning"]["models"]["mine"] == {"depth": 3, "k": 1}
 
 
 def test_what_a_base_class_has_need_not_be_written_again(own_models):
     text = "from isarflow.learning.pytorch import PyTorch\nclass Model(PyTorch):\n    def network(self): pass\n"
     (own_models / "mine.py").write_text(text)
-    assert load({"learning": {"models": {"mine": {}}}})["learning"]["models"]["mine"] == {}
+    assert load_config({"learning": {"models": {"mine": {}}}})["learning"]["models"]["mine"] == {}
 
 
 @pytest.mark.parametrize(
@@ -733,7 +737,7 @@ def test_what_a_base_class_has_need_not_be_written_again(own_models):
 def test_a_model_that_cannot_work_is_refused_at_the_start(text, hint, own_models):
     (own_models / "mine.py").write_text(text)
     with pytest.raises(InputError) as caught:
-        load({"learning": {"models": {"mine": {}}}})
+        load_config({"learning": {"models": {"mine": {}}}})
     assert "learning.models.mine" in str(caught.value) and hint in str(caught.value)
 
 
@@ -745,66 +749,66 @@ def test_a_base_class_gives_none_of_the_methods_that_a_kind_defines(key, module,
     text = f"from isarflow.imaging.{module} import {base}\nclass {key.capitalize()}({base}):\n    SETTINGS = {{}}\n"
     path.write_text(text)
     with pytest.raises(InputError, match=f"'imaging.{key}': .*mine.py has no class {key.capitalize()} with method"):
-        load({"imaging": {key: str(path)}})
+        load_config({"imaging": {key: str(path)}})
 
 
 def test_whole_numbers_may_have_a_point_and_choices_any_order():
-    models = load({"learning": {"models": {"knn": {"k": 3.0}, "lr_tuned": {"penalty": [10, "1e0", 0.1]}}}})
+    models = load_config({"learning": {"models": {"knn": {"k": 3.0}, "lr_tuned": {"penalty": [10, "1e0", 0.1]}}}})
     assert repr(models["learning"]["models"]["knn"]) == "{'k': 3}"
     assert models["learning"]["models"]["lr_tuned"]["penalty"] == [0.1, 1, 10]
-    assert load({"imaging": {"aperture": 9.0}})["imaging"]["aperture"] == 9
+    assert load_config({"imaging": {"aperture": 9.0}})["imaging"]["aperture"] == 9
 
 
 def test_an_elevation_is_the_sweeps_to_a_ten_thousandth_of_a_degree():
     third = {"aspect": {"elevation": {"start": 0, "stop": 100 / 3, "step": 100 / 3}}}
-    assert load({**third, **one_experiment(elevation=[33.33333])})
+    assert load_config({**third, **one_experiment(elevation=[33.33333])})
     with pytest.raises(InputError, match=r"33\.33 degrees is not one"):
-        load({**third, **one_experiment(elevation=[33.33])})
+        load_config({**third, **one_experiment(elevation=[33.33])})
 
 
 def test_a_sweep_without_room_for_sectors_leaves_the_default_ones_out():
-    config = load({"aspect": {"azimuth": NARROW}})
+    config = load_config({"aspect": {"azimuth": NARROW}})
     assert "sector" not in config["learning"]["experiments"]
     assert "10 as a guard" in config["learning"]["left_out"]["sector"]
     assert any("'sector' is left out" in line for line in overview(config, "results/none"))
-    assert "left_out" not in load()["learning"]
+    assert "left_out" not in load_config()["learning"]
 
 
 def test_other_snrs_leave_the_default_experiments_those_of_them_that_they_had():
-    config = load({"noise": {"snr_db": [0, 6, 7.5]}})
+    config = load_config({"noise": {"snr_db": [0, 6, 7.5]}})
     trained = {name: what["train"]["snr_db"] for name, what in config["learning"]["experiments"].items()}
     assert trained["adaptive"] == {"random": ["clean", 0, 6]}
     assert "left_out" not in config["learning"]
     # One SNR is no range.
-    assert "adaptive" in load({"noise": {"snr_db": [0, 7.5]}})["learning"]["left_out"]
+    assert "adaptive" in load_config({"noise": {"snr_db": [0, 7.5]}})["learning"]["left_out"]
     # In a config of one's own an SNR that is not there is a mistake.
     with pytest.raises(InputError, match=r"-3 is none of 'noise\.snr_db'"):
-        load({"noise": {"snr_db": [0, 6]}, **one_experiment(snr_db={"random": ["clean", -3]}, models=["fcnn"])})
+        load_config({"noise": {"snr_db": [0, 6]}, **one_experiment(snr_db={"random": ["clean", -3]}, models=["fcnn"])})
 
 
 def test_an_experiment_tests_at_those_of_its_snrs_that_there_are():
     """Its own are refused where there is none of them; a default one then tests at all."""
     tested = one_experiment(test={"snr_db": [{"start": 0, "stop": 9, "step": 3}]})
     tested["learning"]["experiments"]["*"] = None
-    plan = Plan(load({"noise": {"snr_db": [-20, 0, 6]}, **tested}))
+    plan = Plan(load_config({"noise": {"snr_db": [-20, 0, 6]}, **tested}))
     assert plan.tested_snrs("e") == ["snr_0dB", "snr_6dB"] and plan.snrs[0] == "snr_-20dB"
     assert plan.tests(plan.snrs) == {("snr_0dB", "snr_6dB"): ["e"]} and plan.tests(["snr_-20dB"]) == {}
     assert plan.predictions("a") == [f"a/learning/predictions/e/lr/snr_{snr}dB.csv" for snr in (0, 6)]
     with pytest.raises(InputError, match=r"e\.test\.snr_db': 0 is none of 'noise\.snr_db' \(-20\)"):
-        load({"noise": {"snr_db": [-20]}, **tested})
-    default = Plan(load({"noise": {"snr_db": [0, 1, 7.5]}}))
+        load_config({"noise": {"snr_db": [-20]}, **tested})
+    default = Plan(load_config({"noise": {"snr_db": [0, 1, 7.5]}}))
     assert default.tested_snrs("sector_fold1") == ["snr_0dB"] and len(default.tested_snrs("library")) == 3
-    assert Plan(load({"noise": {"snr_db": [7.5]}})).tested_snrs("sector_fold1") == ["snr_7.5dB"]
+    assert Plan(load_config({"noise": {"snr_db": [7.5]}})).tested_snrs("sector_fold1") == ["snr_7.5dB"]
 
 
 def test_more_pixels_than_the_default_experiments_ask_for_leave_those_out():
-    config = load({"imaging": {"upsample": 40}})
+    config = load_config({"imaging": {"upsample": 40}})
     assert "32 pixels a side are fewer" in config["learning"]["left_out"]["capsule_open"]
     assert {"multi_elevation", "fcnn_open"} <= set(config["learning"]["experiments"])
 
 
 def test_targets_without_unknown_ones_close_the_default_experiments():
-    config = load({"targets": {"*": None, "a": KNOWN, "b": KNOWN}})
+    config = load_config({"targets": {"*": None, "a": KNOWN, "b": KNOWN}})
     assert not any(run["open"] for run in runs(config).values())
     assert any("'fcnn_open' is open, but" in line for line in overview(config, "results/none"))
 
@@ -812,18 +816,18 @@ def test_targets_without_unknown_ones_close_the_default_experiments():
 def test_loading_leaves_the_overlay_alone():
     overlay = {"mesh": {"bands": 9}, "radar": {"frequencies": 3}}
     before = copy.deepcopy(overlay)
-    assert load(overlay)["mesh"]["bands"] == 3  # never more bands than frequencies
+    assert load_config(overlay)["mesh"]["bands"] == 3  # never more bands than frequencies
     assert overlay == before
 
 
 def test_snrs_may_be_ranges_and_all():
-    assert load({"noise": {"snr_db": {"step": 12}}})["noise"]["snr_db"] == [-24, -12, 0, 12, 24]
+    assert load_config({"noise": {"snr_db": {"step": 12}}})["noise"]["snr_db"] == [-24, -12, 0, 12, 24]
     noise = {"snr_db": [5.5, {"start": -0.3, "stop": 0.3, "step": 0.1}]}
-    assert repr(load({"noise": noise})["noise"]["snr_db"]) == "[-0.3, -0.2, -0.1, 0, 0.1, 0.2, 0.3, 5.5]"
+    assert repr(load_config({"noise": noise})["noise"]["snr_db"]) == "[-0.3, -0.2, -0.1, 0, 0.1, 0.2, 0.3, 5.5]"
 
     def trained(snr_db, model="fcnn"):
         overlay = {"noise": {"snr_db": [6, 0, 3]}, **one_experiment(snr_db=snr_db, models=[model])}
-        return load(overlay)["learning"]["experiments"]["e"]["train"]["snr_db"]
+        return load_config(overlay)["learning"]["experiments"]["e"]["train"]["snr_db"]
 
     every, steps = ["clean", 0, 3, 6], {"start": 0, "stop": 6, "step": 3}
     for kind in ("random", "each"):
@@ -834,7 +838,7 @@ def test_snrs_may_be_ranges_and_all():
 
 
 def test_order_of_snrs_has_no_meaning():
-    assert load({"noise": {"snr_db": [5, -5]}}) == load({"noise": {"snr_db": [-5, 5]}})
+    assert load_config({"noise": {"snr_db": [5, -5]}}) == load_config({"noise": {"snr_db": [-5, 5]}})
 
 
 MESH = "resources/cad/drone.stl"
@@ -878,7 +882,7 @@ UNUSED = {
 def test_what_learning_does_not_use_is_said_once(case):
     others, experiments, models, said = UNUSED[case]
     targets = KNOWN_TWO | {f"t{place}": {"mesh": MESH, "role": role} for place, role in enumerate(others)}
-    config = load(
+    config = load_config(
         {
             "name": "unused",
             "targets": {"*": None, **targets},
@@ -902,13 +906,13 @@ def of_classes(**experiment):
 @pytest.mark.parametrize(("reach", "place", "warned"), [(0.3, 0.1, False), (0.3, 0.3, True), (2.0, 30.0, True)])
 def test_a_displacement_that_leaves_the_extent_is_warned_of(reach, place, warned):
     """0.52 m to either side, also of a target that folds over at its place."""
-    config = load(one_experiment(motion={"place": place}))
+    config = load_config(one_experiment(motion={"place": place}))
     texts = [text for name, text in warnings(config, dict.fromkeys(config["targets"], reach)) if name == "drone"]
     assert any(f"displaced by up to {place:g} m it reaches {reach + place:.2f} m" in text for text in texts) == warned
 
 
 def test_targets_may_share_a_class_and_stay_out_of_training():
-    assert runs(load(of_classes(without=["d", "b"])))["e"]["without"] == ["b", "d"]
+    assert runs(load_config(of_classes(without=["d", "b"])))["e"]["without"] == ["b", "d"]
     for overlay, text in (
         (of_classes(without=["a", "b"]), "'learning.experiments.e.without' leaves no target of the class drone"),
         (of_classes(without=["e"]), "'learning.experiments.e.without': e is none of 'targets of role known'"),
@@ -923,4 +927,4 @@ def test_targets_may_share_a_class_and_stay_out_of_training():
         ),
     ):
         with pytest.raises(InputError, match=re.escape(text)):
-            load(overlay)
+            load_config(overlay)

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from isarflow.setup.artefacts import STARTING, Plan
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 
 SIX = {"elevation": "all", "snr_db": 6}
 MINE = {"models": ["knn", "fcnn_other", "capsule"], "train": SIX, "open": True, "split": "sector", "upsample": 32}
@@ -24,7 +24,7 @@ CONFIG["learning"]["experiments"]["clean"]["train"] = {"elevation": "all", "snr_
 
 @pytest.fixture
 def plan():
-    return Plan(load(CONFIG))
+    return Plan(load_config(CONFIG))
 
 
 def test_targets_runs_and_models_are_named(plan):

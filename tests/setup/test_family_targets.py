@@ -11,7 +11,7 @@ from isarflow.mesh import topology
 from isarflow.mesh.families import solid, values_of
 from isarflow.setup.artefacts import Plan
 from isarflow.setup.checkup import REFUSED, brief, checkup
-from isarflow.setup.config import ROOT, load
+from isarflow.setup.config import ROOT, load_config
 from isarflow.setup.overview import overview
 from isarflow.setup.yaml_file import read_yaml
 
@@ -25,7 +25,7 @@ def in_the_repository(monkeypatch):
 
 
 def targets_of(*overlays, **targets):
-    return load({"targets": targets}, *({"targets": overlay} for overlay in overlays))["targets"]
+    return load_config({"targets": targets}, *({"targets": overlay} for overlay in overlays))["targets"]
 
 
 def test_a_family_becomes_a_target_for_each_model():
@@ -55,7 +55,7 @@ def test_a_family_may_say_another_class_kind_and_symmetry():
 
 
 def test_a_further_model_of_a_family_has_one_line_in_a_check_beside_what_is_wrong():
-    config = load({"targets": {"box": {"family": FAMILY | {"kind": "box"}, "role": "other"}}})
+    config = load_config({"targets": {"box": {"family": FAMILY | {"kind": "box"}, "role": "other"}}})
     found = checkup(config, "box_02")
     (line,) = brief("box_02", found)
     assert re.fullmatch(r"box_02: size .* m, [\d,]+ triangles; up to .* unknowns, .* s on two cores", line)
@@ -84,7 +84,7 @@ def test_the_generator_that_the_page_prints(tmp_path, monkeypatch):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine/dumbbell.py").write_text(*re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL))
     first, own = map(yaml.safe_load, re.findall(r"^```yaml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL))
-    config = load(first, own | NO_LEARNING)
+    config = load_config(first, own | NO_LEARNING)
     assert [*config["targets"]] == [
         *("quad_01", "quad_02", "quad_03", "rocket_01", "rocket_02", "rocket_03", "bird_01", "bird_02"),
         *(f"dumbbell_0{number}" for number in (1, 2, 3, 4)),
@@ -142,7 +142,7 @@ def test_a_model_with_the_name_of_another_target_is_refused():
 
 
 def test_the_overview_has_a_row_for_a_family(tmp_path):
-    config = load(
+    config = load_config(
         {
             "targets": {
                 "*": None,
@@ -161,12 +161,12 @@ def test_the_overview_has_a_row_for_a_family(tmp_path):
 def test_a_scaled_model_is_meant_as_it_is(tmp_path):
     """Its numbers are metres, so a size beyond the usual is no mistaken unit."""
     scaled = {"*": None, "quad": {"family": FAMILY, "role": "other", "scale": 30}}
-    config = load({"targets": scaled, "scattering": {"solver": "po"}, **NO_LEARNING})
+    config = load_config({"targets": scaled, "scattering": {"solver": "po"}, **NO_LEARNING})
     assert any(line.startswith("  quad (3 models): ") for line in overview(config, tmp_path, refuse=True))
 
 
 def test_the_shipped_families_are_a_hundred_targets():
-    targets = load(read_yaml(ROOT / "config/families.yaml"))["targets"]
+    targets = load_config(read_yaml(ROOT / "config/families.yaml"))["targets"]
     kinds = {name: kind_of(targets, name) for name in targets}
     assert len(targets) == 100 and len({*kinds.values()}) == 23
     assert sum(target.get("class") == "drone" for target in targets.values()) == 20

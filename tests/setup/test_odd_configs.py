@@ -6,7 +6,7 @@ import pytest
 from odd_configs import LIMIT, odd_config
 
 from isarflow.core.errors import InputError
-from isarflow.setup.config import load, unnamed
+from isarflow.setup.config import load_config, unnamed
 from isarflow.setup.overview import overview
 from isarflow.setup.yaml_file import read_yaml
 
@@ -21,7 +21,7 @@ def test_an_odd_config_is_read_or_refused_in_words(first, tmp_path):
         start = time.monotonic()
         try:
             mine = read_yaml(path)
-            config = load(mine)
+            config = load_config(mine)
             overview(config, tmp_path / "results")
             unnamed(config, mine)
             ends["read"] += 1

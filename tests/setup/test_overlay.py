@@ -3,7 +3,7 @@
 import pytest
 
 from isarflow.core.errors import InputError
-from isarflow.setup.config import ROOT, load, unnamed
+from isarflow.setup.config import ROOT, load_config, unnamed
 from isarflow.setup.overlay import merge
 
 KNOWN = {"mesh": "resources/cad/drone.stl", "role": "known"}
@@ -17,7 +17,7 @@ def in_the_repository(monkeypatch):
 
 
 def test_overlay_changes_only_what_it_names():
-    merged, plain = load({"aspect": {"elevation": {"step": 5}}, "noise": {"realizations": 7}}), load()
+    merged, plain = load_config({"aspect": {"elevation": {"step": 5}}, "noise": {"realizations": 7}}), load_config()
     assert merged["aspect"]["elevation"] == {"start": -45, "stop": 45, "step": 5}
     assert merged["noise"]["realizations"] == 7
     assert merged["noise"]["snr_db"] == plain["noise"]["snr_db"]
@@ -25,13 +25,13 @@ def test_overlay_changes_only_what_it_names():
 
 
 def test_overlay_replaces_alternatives():
-    merged = load({"aspect": {"azimuth": {"start": 0, "stop": 90, "step": 1}}})
+    merged = load_config({"aspect": {"azimuth": {"start": 0, "stop": 90, "step": 1}}})
     assert merged["aspect"]["azimuth"] == {"start": 0, "stop": 90, "step": 1}
 
 
 def test_targets_models_and_experiments_are_merged_one_by_one():
-    plain, mine = load(), {"mesh": "resources/cad/drone.stl", "role": "known"}
-    merged = load(
+    plain, mine = load_config(), {"mesh": "resources/cad/drone.stl", "role": "known"}
+    merged = load_config(
         {
             "targets": {"mine": mine, "ufo": None, "drone": {"role": "unknown"}, "missile": {"symmetry": None}},
             "learning": {
@@ -64,20 +64,20 @@ def test_targets_models_and_experiments_are_merged_one_by_one():
 def test_another_focus_method_has_none_of_the_settings_before_it():
     base = {"imaging": {"focus": {"method": "entropy", "error": "pulse"}}}
     for focus in ({"method": "phase_gradient"}, {"method": "entropy"}, "none"):
-        assert load(base, {"imaging": {"focus": focus}})["imaging"]["focus"] == focus
+        assert load_config(base, {"imaging": {"focus": focus}})["imaging"]["focus"] == focus
 
 
 def test_how_an_experiment_trains_is_one_value():
     overlay = {"learning": {"experiments": {"adaptive": {"train": {"snr_db": {"random": ["clean", 0]}}}}}}
-    assert load(overlay)["learning"]["experiments"]["adaptive"]["train"] == {
+    assert load_config(overlay)["learning"]["experiments"]["adaptive"]["train"] == {
         "elevation": "all",
         "snr_db": {"random": ["clean", 0]},
     }
 
 
 def test_an_overlay_may_start_from_nothing():
-    mine, plain = {"mesh": "resources/cad/drone.stl", "role": "known"}, load()
-    merged = load(
+    mine, plain = {"mesh": "resources/cad/drone.stl", "role": "known"}, load_config()
+    merged = load_config(
         {
             "targets": {"mine": mine, "*": None, "missile": {}, "drone": {}},
             "learning": {"experiments": {"*": None, "fcnn_open": {"models": ["knn"]}}},
@@ -87,16 +87,16 @@ def test_an_overlay_may_start_from_nothing():
     assert list(merged["learning"]["experiments"]) == ["fcnn_open"]
     assert merged["learning"]["experiments"]["fcnn_open"]["open"] is True
     for nothing in ({}, {"*": None}):
-        assert load({"learning": {"experiments": nothing}})["learning"]["experiments"] == {}
+        assert load_config({"learning": {"experiments": nothing}})["learning"]["experiments"] == {}
 
 
 def test_each_of_several_overlays_is_laid_over_those_before():
     first = {"targets": {"*": None, "a": KNOWN, "b": KNOWN, "c": KNOWN}}
-    assert list(load(first, {"targets": {"a": None, "d": KNOWN}})["targets"]) == ["b", "c", "d"]
-    assert list(load(first, {"targets": {"*": None, "c": {}, "d": KNOWN}})["targets"]) == ["c", "d"]
-    assert list(load(first, {"targets": {"[ab]*": None, "b": {}, "d": KNOWN}})["targets"]) == ["c", "b", "d"]
+    assert list(load_config(first, {"targets": {"a": None, "d": KNOWN}})["targets"]) == ["b", "c", "d"]
+    assert list(load_config(first, {"targets": {"*": None, "c": {}, "d": KNOWN}})["targets"]) == ["c", "d"]
+    assert list(load_config(first, {"targets": {"[ab]*": None, "b": {}, "d": KNOWN}})["targets"]) == ["c", "b", "d"]
     with pytest.raises(InputError, match=r"targets\.d.*no 'd' here"):
-        load(first, {"targets": {"d": None}})
+        load_config(first, {"targets": {"d": None}})
 
 
 def test_another_material_of_a_part_leaves_the_rest_of_its_target():
@@ -111,14 +111,14 @@ def test_what_is_said_of_a_file_does_not_hold_for_another(key, tmp_path):
     path = tmp_path / {"mesh": "a.stl", "field": "a.ffe"}[key]
     path.touch()
     overlay = {"targets": {"ufo": {key: str(path)}}, "radar": {"polarizations": ["VV"]}}
-    assert load(overlay)["targets"]["ufo"] == {key: str(path), "role": "unknown"}
+    assert load_config(overlay)["targets"]["ufo"] == {key: str(path), "role": "unknown"}
     same = {"mesh": "resources/cad/ufo.stl", "role": "known"}
-    assert load({"targets": {"ufo": same}})["targets"]["ufo"] == {**same, "symmetry": ["xz", "yz"]}
+    assert load_config({"targets": {"ufo": same}})["targets"]["ufo"] == {**same, "symmetry": ["xz", "yz"]}
 
 
 def test_default_targets_and_experiments_that_run_besides_are_said():
     def said(*overlays):
-        return unnamed(load(*overlays), *overlays)
+        return unnamed(load_config(*overlays), *overlays)
 
     train = {"experiments": {"e": MINE}}
     targets, experiments = said({"targets": {"a": KNOWN, "drone": {}, "ufo": None}, "learning": train})
@@ -133,8 +133,8 @@ def test_default_targets_and_experiments_that_run_besides_are_said():
 
 def test_default_experiments_beside_ones_own_may_be_left_out_but_ones_own_may_not():
     overlay = {"aspect": {"azimuth": NARROW}, "learning": {"experiments": {"e": MINE}}}
-    config = load(overlay)
+    config = load_config(overlay)
     assert {"e", "multi_elevation"} <= set(config["learning"]["experiments"])
     assert "sector" in config["learning"]["left_out"]
     with pytest.raises(InputError, match="10 as a guard"):
-        load({"aspect": {"azimuth": NARROW}, "learning": {"experiments": {"sector": {"models": ["lr"]}}}})
+        load_config({"aspect": {"azimuth": NARROW}, "learning": {"experiments": {"sector": {"models": ["lr"]}}}})

@@ -7,7 +7,7 @@ import pytest
 from isarflow.core.errors import InputError
 from isarflow.core.kinds import MODELS, available, kind, settings_of
 from isarflow.setup.check import check, rules
-from isarflow.setup.config import ROOT, load
+from isarflow.setup.config import ROOT, load_config
 from isarflow.setup.families import expanded
 from isarflow.setup.materials import written_out
 from isarflow.setup.schema import check_schema, schema
@@ -55,7 +55,7 @@ KEYS |= {("scattering", key): True for key in settings_of("scattering", {"solver
 def full():
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(ROOT)
-        yield load()
+        yield load_config()
 
 
 def refused(config, path, edit):

@@ -6,7 +6,7 @@ import pytest
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.mesh.read.target import in_metres
-from isarflow.setup.config import ROOT, load
+from isarflow.setup.config import ROOT, load_config
 from isarflow.setup.overview import overview
 
 ALONE = {"targets": {"*": None, "a": {"mesh": "resources/cad/drone.stl", "role": "other"}}}
@@ -19,7 +19,7 @@ def in_the_repository(monkeypatch):
 
 
 def test_a_list_of_frequencies_stands_for_centre_and_bandwidth():
-    radar = load(ALONE, {"radar": {"frequencies": ["3e9", 1e9, 1.5e9]}})["radar"]
+    radar = load_config(ALONE, {"radar": {"frequencies": ["3e9", 1e9, 1.5e9]}})["radar"]
     assert (radar["center_frequency"], radar["bandwidth"]) == (2e9, 2e9)
     assert sweep.frequencies(radar).tolist() == [1e9, 1.5e9, 3e9]
     assert [band.tolist() for band in sweep.bands(radar, 2)] == [[1e9, 1.5e9], [3e9]]
@@ -38,7 +38,7 @@ def test_a_list_of_frequencies_stands_for_centre_and_bandwidth():
     ],
 )
 def test_what_makes_no_images_is_said_with_its_key(overlay):
-    config = load(ALONE, overlay)
+    config = load_config(ALONE, overlay)
     (line,) = [line for line in overview(config, "results/none") if "No images" in line]
     (section,) = overlay
     assert f"'{section}" in line
@@ -46,7 +46,7 @@ def test_what_makes_no_images_is_said_with_its_key(overlay):
 
 
 def test_a_list_of_elevations_still_makes_images():
-    config = load({"aspect": {"elevation": [30, 0]}})
+    config = load_config({"aspect": {"elevation": [30, 0]}})
     assert sweep.images_are_made(config)
     assert sweep.elevations(config["aspect"]).tolist() == [0, 30]
 
@@ -79,7 +79,7 @@ def test_a_list_of_elevations_still_makes_images():
 )
 def test_a_bad_sweep_is_refused_with_its_key(overlays, message):
     with pytest.raises(InputError) as caught:
-        load(ALONE, *overlays)
+        load_config(ALONE, *overlays)
     assert message in str(caught.value)
 
 
@@ -111,9 +111,9 @@ def test_a_reference_without_a_column_is_refused_before_any_work(tmp_path):
     aspect = {"elevation": [0, 30], "azimuth": [0, 90]}
     radar = {"frequencies": [1e9], "polarizations": ["VV"]}
     with pytest.raises(InputError, match=r"'targets.a.reference': .*no column elevation_deg, azimuth_deg; there are"):
-        load({"targets": {"*": None, "a": target}, "radar": radar, "aspect": aspect})
+        load_config({"targets": {"*": None, "a": target}, "radar": radar, "aspect": aspect})
     (tmp_path / "r.csv").write_text("elevation_deg,azimuth_deg,rcs_dbsm\n0,0,0\n")
-    load({"targets": {"*": None, "a": target}, "radar": radar, "aspect": aspect})
+    load_config({"targets": {"*": None, "a": target}, "radar": radar, "aspect": aspect})
 
 
 @pytest.mark.parametrize(
@@ -130,19 +130,19 @@ def test_a_reference_at_other_frequencies_is_refused_before_any_work(tmp_path, f
     radar = {"frequencies": [1e9, 2e9], "polarizations": ["VV"]}
     config = {"targets": {"*": None, "a": target}, "radar": radar, "aspect": {"elevation": [0], "azimuth": [0, 90]}}
     if message is None:
-        load(config)
+        load_config(config)
         return
     with pytest.raises(InputError, match=message):
-        load(config)
+        load_config(config)
 
 
 def test_gigahertz_for_hertz_are_said(tmp_path):
     with pytest.raises(
         InputError, match=r"radar.center_frequency': 2.2 is less than the minimum of 1000000.0 Hz; did you mean 2.2e9\?"
     ):
-        load({"radar": {"center_frequency": 2.2}})
+        load_config({"radar": {"center_frequency": 2.2}})
     with pytest.raises(InputError, match=r"1 is less than the minimum of 1000000.0 Hz; did you mean 1e9\?"):
-        load({"radar": {"frequencies": [1, 2]}})
+        load_config({"radar": {"frequencies": [1, 2]}})
 
 
 def test_scale_comes_before_rotate_and_translate_last():

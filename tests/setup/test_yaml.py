@@ -5,7 +5,7 @@ import os
 import pytest
 
 from isarflow.core.errors import InputError
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import check_command_line, read_yaml
 
 
@@ -13,7 +13,7 @@ def test_key_that_stands_twice_is_refused(tmp_path):
     file = tmp_path / "twice.yaml"
     file.write_text("radar: {bandwidth: 1}\nname: a\nradar: {bandwidth: 2}\n")
     with pytest.raises(InputError, match=r"twice.yaml, line 3, column 1: the key 'radar' stands twice"):
-        load(read_yaml(file))
+        load_config(read_yaml(file))
 
 
 SLIPS = {

@@ -7,7 +7,7 @@ import pytest
 from sklearn.metrics import f1_score
 from study import anew
 
-from isarflow.learning.classifier import OTHER, load
+from isarflow.learning.classifier import OTHER, load_classifier
 from isarflow.learning.data import images
 from isarflow.learning.evaluation import thresholds
 from isarflow.report.vocabulary import select
@@ -19,7 +19,7 @@ def _slow_f1(truth, predicted):
 
 @pytest.mark.parametrize(("run", "reading"), [("fcnn_open", "all azimuths"), ("fcnn_listing", "24 dB, all azimuths")])
 def test_all_azimuths_are_counted_as_one_image_at_a_time_would_be(thesis, run, reading):
-    network = load(thesis.run / "learning" / "models" / run / "fcnn")
+    network = load_classifier(thesis.run / "learning" / "models" / run / "fcnn")
     said, predictions = thesis.overview.set_index("what")["read otherwise"], thesis.predictions(run, "fcnn")
     outcomes, truth = [], []
     for target in ("drone", "missile", "ufo", "disc"):

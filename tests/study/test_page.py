@@ -19,7 +19,7 @@ from isarflow.core.sweep import snr_label
 from isarflow.learning.data import images
 from isarflow.learning.experiments import runs
 from isarflow.report.results import REFERENCE, Results
-from isarflow.setup.config import ROOT, load
+from isarflow.setup.config import ROOT, load_config
 from isarflow.setup.yaml_file import read_yaml
 
 # All tables and figures of chapters 4 and 5 that show data, in the document's order.
@@ -65,7 +65,7 @@ def test_what_the_page_s_data_names_is_there(thesis):
     # Every reading names rows of the reference experiment, or of those with other models.
     fitted = {}
     for has_models, configs in ((False, ["thesis"]), (True, ["thesis", "models"])):
-        every = runs(load(*(read_yaml(ROOT / f"config/{name}.yaml") for name in configs)))
+        every = runs(load_config(*(read_yaml(ROOT / f"config/{name}.yaml") for name in configs)))
         fitted[has_models] = {f"{run['experiment']}/{model}" for run in every.values() for model in run["models"]}
     named = [("models" in of, rows) for of in PAGE["readings"].values() for rows in of.get("rows", {}).items()]
     assert len(named) > 15

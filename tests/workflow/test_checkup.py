@@ -8,7 +8,7 @@ from test_sphere import write_ascii_stl
 
 from isarflow.core.errors import InputError
 from isarflow.setup.checkup import checkup, swept
-from isarflow.setup.config import load, of_command_line
+from isarflow.setup.config import load_config, of_command_line
 from isarflow.setup.overview import overview
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
@@ -30,7 +30,7 @@ def said(tmp_path, monkeypatch):
         write_ascii_stl(tmp_path / "a.stl", vertices, triangles)
         target = {"mesh": "a.stl", "role": "other", **keys}
         radar = {"frequencies": [1e9, 2e9], "polarizations": ["VV"]}
-        return "\n".join(checkup(load({"targets": {"*": None, "a": target}, "radar": radar}), "a"))
+        return "\n".join(checkup(load_config({"targets": {"*": None, "a": target}, "radar": radar}), "a"))
 
     return say
 
@@ -38,15 +38,15 @@ def said(tmp_path, monkeypatch):
 def test_one_cad_file_is_a_config(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_ascii_stl(tmp_path / "My plate (2).stl", *block([0.3, 0.2, 0.1]))
-    config = load(of_command_line({"cad": "My plate (2).stl"}))
+    config = load_config(of_command_line({"cad": "My plate (2).stl"}))
     assert config["name"] == "my_plate_2" and not config["learning"]["experiments"]
     assert config["targets"] == {"my_plate_2": {"mesh": "My plate (2).stl", "role": "other"}}
     assert "size 0.3 x 0.2 x 0.1 m" in "\n".join(checkup(config, "my_plate_2"))
     assert swept(config).startswith("by 'radar' 2.025 to 3.525 GHz, by 'mesh' 10 edges")
-    inches = load(of_command_line({"cad": "My plate (2).stl", "unit": "in"}))
+    inches = load_config(of_command_line({"cad": "My plate (2).stl", "unit": "in"}))
     assert inches["targets"]["my_plate_2"]["unit"] == "in"
     mine = {"cad": "My plate (2).stl", "name": "mine", "targets": {"my_plate_2": "{unit: mm}"}}
-    config = load(of_command_line(mine))
+    config = load_config(of_command_line(mine))
     assert config["name"] == "mine" and config["targets"]["my_plate_2"]["unit"] == "mm"
 
 
@@ -73,7 +73,7 @@ def test_a_cad_file_of_any_name_is_a_config(tmp_path, monkeypatch):
     write_ascii_stl(tmp_path / "whole", *block([0.3, 0.2, 0.1]))
     for file, name in ODD_NAMES.items():
         (tmp_path / file).symlink_to("whole")
-        config = load(of_command_line({"cad": file}))
+        config = load_config(of_command_line({"cad": file}))
         assert (config["name"], config["targets"]) == (name, {name: {"mesh": file, "role": "other"}})
 
 
@@ -151,7 +151,7 @@ def config_of(folder, **targets):
 )
 def test_a_target_that_its_keys_do_not_fit_is_refused_before_any_work(target, own, problem, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    config = load(config_of(tmp_path, whole={}, **{target: own}))
+    config = load_config(config_of(tmp_path, whole={}, **{target: own}))
     (line,) = [line for line in overview(config, tmp_path) if line.startswith("Warning:")]
     assert re.match(f"Warning: {target}: .*{problem}", line)
     with pytest.raises(InputError, match=f"config key 'targets.{target}.mesh': .*{problem}"):
@@ -161,7 +161,7 @@ def test_a_target_that_its_keys_do_not_fit_is_refused_before_any_work(target, ow
 def test_a_target_that_fits_its_keys_once_it_is_repaired_is_not_refused(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     fitting = {"formulation": "cfie", "symmetry": ["xz"]}
-    config = load(config_of(tmp_path, whole=fitting, cracked={"formulation": "cfie"}))
+    config = load_config(config_of(tmp_path, whole=fitting, cracked={"formulation": "cfie"}))
     assert not any("Warning" in line or "not known" in line for line in overview(config, tmp_path, refuse=True))
 
 
@@ -170,7 +170,7 @@ def test_a_target_that_fits_its_keys_once_it_is_repaired_is_not_refused(tmp_path
 )
 def test_a_half_model_is_warned_of_before_any_work(own, sentence, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    lines = overview(load(config_of(tmp_path, half=own)), tmp_path, refuse=True)
+    lines = overview(load_config(config_of(tmp_path, half=own)), tmp_path, refuse=True)
     (line,) = [line for line in lines if line.startswith("Warning:")]
     assert line.startswith(f"Warning: half: {sentence}")
 

@@ -16,7 +16,7 @@ from isarflow.core.sweep import C0
 from isarflow.learning.data.export import export
 from isarflow.scattering.fields.external import write_external
 from isarflow.scattering.sphere import backscatter
-from isarflow.setup.config import ROOT, load
+from isarflow.setup.config import ROOT, load_config
 from isarflow.setup.yaml_file import read_yaml
 
 PAGES = [
@@ -62,7 +62,7 @@ def points(tmp_path, monkeypatch):
     (tmp_path / "fields").mkdir()
     exec(compile(code, "own-fields.md", "exec"), {})
     (tmp_path / "points.yaml").write_text(blocks("own-fields.md", "yaml")[1])
-    return load(read_yaml("points.yaml"))
+    return load_config(read_yaml("points.yaml"))
 
 
 def test_example_store_is_taken_as_it_is(points):

@@ -11,7 +11,7 @@ import xarray as xr
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import azimuths, elevations, frequencies
 from isarflow.scattering.fields.store import write_field
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.overview import overview
 from isarflow.setup.yaml_file import read_yaml
 
@@ -133,7 +133,7 @@ def test_a_store_without_a_polarization_that_is_asked_for_is_refused_before_any_
 
     def config(*polarizations):
         radar = {"polarizations": list(polarizations)}
-        return load({"targets": {"*": None, "copy": target}, "radar": radar, "learning": {"experiments": {}}})
+        return load_config({"targets": {"*": None, "copy": target}, "radar": radar, "learning": {"experiments": {}}})
 
     assert not [line for line in overview(config("VV"), tmp_path / "results", refuse=True) if "no polarization" in line]
     with pytest.raises(InputError, match=f"'targets.copy.{said}"):

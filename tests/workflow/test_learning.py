@@ -15,7 +15,7 @@ from test_docs import blocks
 from isarflow.core.sweep import C0, azimuths, elevations, frequencies
 from isarflow.scattering.fields.store import write_field
 from isarflow.setup.check import training_images
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
 LEARN = ("--configfile", "config/learn.yaml")
@@ -136,7 +136,7 @@ def results(project):
 
 def test_models_learn_from_as_many_images_as_a_config_is_checked_for(project, results, monkeypatch):
     monkeypatch.chdir(project.folder)
-    config = load(read_yaml("config/learn.yaml"))
+    config = load_config(read_yaml("config/learn.yaml"))
     for path in results.glob("learning/models/*/*/config.json"):
         fitted = json.loads(path.read_text())
         settings = config["learning"]["models"][fitted["model"]]

@@ -11,7 +11,7 @@ from isarflow.core.sweep import C0, Sweep
 from isarflow.mesh.io import write_ply
 from isarflow.scattering.band import solve_band
 from isarflow.scattering.solver import Solution, build_solver
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 
 PLATE = ("--configfile", "config/plate.yaml")
 STORE = "results/plate/scattering/plate.zarr"
@@ -132,14 +132,14 @@ def folder(tmp_path, monkeypatch):
 def test_what_is_wrong_is_said(case, folder):
     scattering, target, said = BAD[case]
     with pytest.raises(InputError, match=said) as error:
-        load({"scattering": scattering, "targets": {"a": {**KNOWN, **target}}, "learning": {"experiments": {}}})
+        load_config({"scattering": scattering, "targets": {"a": {**KNOWN, **target}}, "learning": {"experiments": {}}})
     assert "\n" not in str(error.value)
 
 
 def test_settings_of_the_default_solver_are_not_taken_over(folder):
-    config = load({"scattering": OPTICS, "targets": {"a": KNOWN}, "learning": {"experiments": {}}})
+    config = load_config({"scattering": OPTICS, "targets": {"a": KNOWN}, "learning": {"experiments": {}}})
     assert config["scattering"] == OPTICS
-    same = load({"scattering": {"solver": "mom", "precision": "double"}})
+    same = load_config({"scattering": {"solver": "mom", "precision": "double"}})
     assert same["scattering"] == {"solver": "mom", "formulation": "efie", "precision": "double", "tolerance": 1e-5}
 
 
@@ -165,4 +165,4 @@ def test_a_field_of_another_shape_than_the_sweep_asks_for_is_refused(tmp_path, m
     sweep = Sweep(np.array([1e8]), two, two, ["VV"], paired=True, receivers=(np.zeros(3), np.zeros(3)))
     told = r"\(1, 1, 2, 2\), where \(1, 1, 2, 3\) is asked for \(polarization, frequency, direction, receiver\)"
     with pytest.raises(InputError, match=told):
-        solve_band(tmp_path / "plate.ply", tmp_path / "f.zarr", sweep, load({})["scattering"], [], 1, "plate")
+        solve_band(tmp_path / "plate.ply", tmp_path / "f.zarr", sweep, load_config({})["scattering"], [], 1, "plate")

@@ -14,7 +14,7 @@ import slurm
 
 from isarflow.core.sweep import sweeps
 from isarflow.scattering import needs
-from isarflow.setup.config import load
+from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
 pytestmark = pytest.mark.skipif(bool(slurm.missing()), reason=slurm.missing())
@@ -87,7 +87,7 @@ def test_smoke_config_runs_in_jobs_of_slurm(smoke):
 
 def test_jobs_ask_for_what_their_rules_say(smoke):
     project, _, jobs = smoke
-    config = load(read_yaml(project.folder / "config/smoke.yaml"))
+    config = load_config(read_yaml(project.folder / "config/smoke.yaml"))
     asked = sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])
     for job in jobs["solve"]:
         _, target, band = job["Comment"].rsplit("_", 2)

@@ -38,7 +38,7 @@ from isarflow.scattering.fields import field_files
 from isarflow.setup import contents, disk, lock, snr_sets
 from isarflow.setup.artefacts import STARTING, Plan
 from isarflow.setup.closure import digest
-from isarflow.setup.config import load, of_command_line, section, unfocused, unnamed
+from isarflow.setup.config import load_config, of_command_line, section, unfocused, unnamed
 from isarflow.setup.overview import overview
 from isarflow.setup.yaml_file import read_yaml
 
@@ -54,7 +54,7 @@ def or_exit(function, *arguments):
 # One after the other, as null in one of them removes what those before it name; Snakemake's own merge knows no null.
 OVERLAYS = [or_exit(read_yaml, path) for path in workflow.configfiles]
 OVERLAYS.append(of_command_line(workflow.config_settings.config))
-config = or_exit(load, *OVERLAYS)
+config = or_exit(load_config, *OVERLAYS)
 plan = Plan(config)
 RESULTS, FIELDS = plan.results, plan.fields
 if workflow.is_main_process:  # a job runs under the lock of the run that sent it

@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from isarflow.core.sweep import C0
-from isarflow.imaging.formation import build
+from isarflow.imaging.formation import build_imager
 from isarflow.imaging.motion import Motion, displaced, draw, nearer, phases
 from isarflow.learning.data.features import by_channel, of_peak_one
 
@@ -30,10 +30,10 @@ class Moves:
         self.frequency, pulses = np.linspace(first, last, count), motion["imaging"]["aperture"]
         self.angle = np.radians(motion["step"]) * (np.arange(pulses) - pulses // 2)
         self.wavelength = 2 * C0 / (first + last)
-        self.imager = build(self.frequency, self.angle, motion["imaging"])
+        self.imager = build_imager(self.frequency, self.angle, motion["imaging"])
         self.cells = tuple(float(axis[1] - axis[0]) for axis in self.imager.axes())
         if pixels != "none":
-            self.imager = build(self.frequency, self.angle, motion["imaging"] | {"upsample": pixels})
+            self.imager = build_imager(self.frequency, self.angle, motion["imaging"] | {"upsample": pixels})
         self.shape = tuple(map(len, self.imager.axes()))
 
     @cached_property

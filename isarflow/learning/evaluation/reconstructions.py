@@ -7,7 +7,7 @@ import xarray as xr
 
 from isarflow.core.store import write
 from isarflow.core.sweep import snr_of_label
-from isarflow.learning.classifier import config_of, load
+from isarflow.learning.classifier import config_of, load_classifier
 from isarflow.learning.data import images
 from isarflow.learning.experiments import CLEAN
 
@@ -23,7 +23,7 @@ def reconstruct(stores, planes, folder, output):
     seen and made (snr, target, example), the network's input and its reconstruction; predicted (snr, target,
     example): the class.
     """
-    model, run = load(folder), config_of(folder)["run"]
+    model, run = load_classifier(folder), config_of(folder)["run"]
     targets = sorted({images.target_of(store) for store in stores})
     labels = sorted({Path(store).stem for store in stores} - {CLEAN}, key=snr_of_label)
     divided = images.divide(stores, planes, run)

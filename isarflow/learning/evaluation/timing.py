@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import threadpoolctl
 
-from isarflow.learning.classifier import config_of, load
+from isarflow.learning.classifier import config_of, load_classifier
 from isarflow.learning.data import images
 
 BATCH_IMAGES = 256
@@ -26,7 +26,7 @@ def measure(stores, planes, folders, threads, output):
     """
     records = []
     for folder in folders:
-        model, config = load(folder), config_of(folder)
+        model, config = load_classifier(folder), config_of(folder)
         run, name = config["run"], config["model"]
         # Where no target has a class's name, as of families, those of all known ones are timed.
         learned = [store for store in stores if images.target_of(store) in config["classes"]] or stores

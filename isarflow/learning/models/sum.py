@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from isarflow.learning.classifier import PLUS, Classifier, Outcome, best_known, load
+from isarflow.learning.classifier import PLUS, Classifier, Outcome, best_known, load_classifier
 from isarflow.learning.data.features import by_channel
 from isarflow.learning.models.invariants import with_noise
 
@@ -47,7 +47,7 @@ class Model(Classifier):
         return super().load(folder)
 
     def _fitted(self, folder):
-        return {name: load(folder / name) for name in self.settings["of"].split(PLUS)}
+        return {name: load_classifier(folder / name) for name in self.settings["of"].split(PLUS)}
 
 
 def _first(outcome):

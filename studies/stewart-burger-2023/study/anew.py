@@ -8,7 +8,7 @@ import pandas as pd
 
 from isarflow.core.sweep import snr_label
 from isarflow.core.words import signed
-from isarflow.learning.classifier import OTHER, config_of, load
+from isarflow.learning.classifier import OTHER, config_of, load_classifier
 from isarflow.learning.data import images
 from isarflow.learning.evaluation import judge, thresholds
 from isarflow.learning.evaluation.metrics import metrics_of_labels
@@ -69,7 +69,7 @@ def nearest_snr(results, aim=HIGH_SNR):
 def everywhere(results, run, model):
     """Return target, truth, predicted and known_<score> of all images of the open set at the high SNR, by a network."""
     folder, snr, tables = results.folder / "learning" / "models" / run / model, nearest_snr(results), []
-    network, own = load(folder), config_of(folder)["run"]
+    network, own = load_classifier(folder), config_of(folder)["run"]
     for target in results.of_role("known") + results.of_role("unknown"):
         store = results.folder / "imaging" / target / f"{snr_label(snr)}.zarr"
         where = {target: images.azimuths(store)}
