@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from isarflow.core.errors import InputError
 from isarflow.core.kinds import FAMILIES, kind, load_class
-from isarflow.mesh import shapes
+from isarflow.mesh import shapes, topology
 
 Part = tuple[np.ndarray, np.ndarray]  # vertices (V, 3) in m, triangles (T, 3), outwards
 
@@ -18,16 +19,20 @@ class Generator:
 
     PARAMETERS: by name the `minimum` and `maximum` of a parameter, its `unit` and a `description`; with `whole: True`
     it is a whole number. SYMMETRY: mirror planes of every model, xz among them; MOVED: those that are left where `pose`
-    is not 0. All three are literals.
+    is not 0. PARTS: by name, {} or the `material` of a model's parts, as of a target's `parts`; without it a model is
+    one body of metal. All four are literals.
     """
 
     PARAMETERS: Mapping[str, Mapping[str, Any]] = {}
+    PARTS: Mapping[str, Mapping[str, Any]] = {}
     SYMMETRY = ("xz",)
     MOVED = ("xz",)
 
     def parts(self, values: Mapping[str, float], pose: float = 0.0) -> dict[str, Part]:
         """Return the closed parts of a model by name, which may cross each other.
 
+        Of a kind with PARTS a name begins with that of such a part and a slash, as "shell/arm", and a part of those may
+        be open.
         values: of PARAMETERS, by name; pose: turns of a rotor, or beats of a wing, of which 0 and 1 are the same.
         """
         raise NotImplementedError
@@ -68,6 +73,36 @@ def parts_of(family: Mapping[str, Any], pose: float = 0.0) -> dict[str, Part]:
 def joined(family: Mapping[str, Any]) -> Part:
     """Return the surfaces of all parts of a model, which cross each other; to unite them takes far longer."""
     return shapes.joined(list(parts_of(family).values()))
+
+
+def materials_of(name: str) -> dict[str, dict[str, Any]]:
+    """Return the PARTS of a kind: {} of one body of metal."""
+    return {part: dict(own) for part, own in kind(FAMILIES, name).stated.get("PARTS", {}).items()}
+
+
+def surfaces(family: Mapping[str, Any], pose: float = 0.0) -> dict[str, Part]:
+    """Return the surface of each of the PARTS of a model by name: the union of its closed parts, and its open ones.
+
+    InputError for a part of the generator's without a surface, and for a surface that is of none of them.
+    """
+    made = parts_of(family, pose)
+    groups: dict[str, dict[str, Part]] = {name: {} for name in materials_of(family["kind"])}
+    for name, part in made.items():
+        group = name.partition("/")[0]
+        if group not in groups:
+            raise InputError(f"{family['kind']}: '{name}' begins with none of its PARTS, {', '.join(groups)}.")
+        groups[group][name] = part
+    for group, own in groups.items():
+        if not own:
+            raise InputError(f"{family['kind']}: its part '{group}' has no surface; leave it out of PARTS.")
+    planes = mirror_planes(family["kind"], pose)
+    return {group: _surface(own, planes) for group, own in groups.items()}
+
+
+def _surface(parts: Mapping[str, Part], planes: Any) -> Part:
+    closed = {name: part for name, part in parts.items() if topology.closed_pieces(part[1])[1].all()}
+    sheets = [part for name, part in parts.items() if name not in closed]
+    return shapes.joined(([united(closed, planes)] if closed else []) + sheets)
 
 
 def solid(family: Mapping[str, Any], pose: float = 0.0) -> Part:

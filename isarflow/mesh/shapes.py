@@ -82,6 +82,13 @@ def blade(outline, thickness, bevel):
     return hull(flat + [(x, y, z) for x, y in inner for z in (-thickness / 2, thickness / 2)])
 
 
+def sheet(outline):
+    """A flat sheet without thickness in the xy plane from its convex outline, anticlockwise [(x, y), ...]."""
+    outline = np.asarray(outline, float)
+    fan = [(0, corner, corner + 1) for corner in range(1, len(outline) - 1)]
+    return np.column_stack([outline, np.zeros(len(outline))]), np.array(fan)
+
+
 def bar(start, stop, width, height):
     """A straight bar from start to stop; `width` is across, horizontally, `height` in the vertical plane of the bar."""
     start, stop = np.asarray(start, float), np.asarray(stop, float)

@@ -175,7 +175,7 @@ def _of_files(name, target, config):
     results = Path("results", config["name"])
     said = [(what, f"targets.{name}.{what}", target[what]) for what in FORMATS if what in target]
     parts = target.get("parts", {}).items()
-    said += [("mesh", f"targets.{name}.parts.{part}.mesh", own["mesh"]) for part, own in parts]
+    said += [("mesh", f"targets.{name}.parts.{part}.mesh", own["mesh"]) for part, own in parts if "mesh" in own]
     for what, where, files in said:
         key, written = f"'{where}'", results if what == "reference" else of_fields(results, config)
         for path in map(Path, field_files.paths(files)):

@@ -45,7 +45,7 @@ def load_config(*overlays):
     for target in config["targets"].values():
         target |= {key: _changed(target[key], _from_here) for key in ("mesh", "field", "reference") if key in target}
         for part in target.get("parts", {}).values():
-            part["mesh"] = _from_here(part["mesh"])
+            part |= {key: _from_here(part[key]) for key in ("mesh",) if key in part}
     learning = config["learning"]
     # A model whose `kind` is another model has that one's settings where it has none of its own.
     learning["models"] = {

@@ -5,15 +5,15 @@ from pathlib import Path
 from isarflow.core.errors import InputError
 from isarflow.core.kinds import FAMILIES, check_kind, kind
 from isarflow.core.words import near
-from isarflow.mesh.families import is_whole, mirror_planes
+from isarflow.mesh.families import is_whole, materials_of, mirror_planes
 
 
 def expanded(targets):
     """Return a config's targets with <name>_01, <name>_02, ... in place of each family of `count` models.
 
     A model's `family` has kind, seed, number and vary. Where the config says nothing else, its kind is the family's,
-    its class the family's name, and its mirror planes are those that the generator states. Raises InputError for a
-    family that cannot be made, and for a model with the name of another target.
+    its class the family's name, and its mirror planes, and the materials of its parts, are those that the generator
+    states. Raises InputError for a family that cannot be made, and for a model with the name of another target.
     """
     models = {}
     for name, target in targets.items():
@@ -25,11 +25,25 @@ def expanded(targets):
         _check_vary(f"{key}.vary", family["kind"], family.get("vary", {}))
         said = {"kind": Path(family["kind"]).stem, "symmetry": mirror_planes(family["kind"])}
         said |= {"class": name} if target["role"] == "known" else {}
+        if parts := _parts(f"targets.{name}", family["kind"], target):
+            target = target | {"parts": parts}
         digits = max(2, len(str(family["count"])))
         for number in range(1, family["count"] + 1):
             own = {"kind": family["kind"], "seed": family["seed"], "number": number, "vary": family.get("vary", {})}
             _add(models, f"{name}_{number:0{digits}}", {**said, **target, "family": own}, targets)
     return models
+
+
+def _parts(key, name, target):
+    """The parts of a family's models: those that the generator states, with the materials that the target says."""
+    stated, said = materials_of(name), target.get("parts", {})
+    for part in said:
+        if part not in stated:
+            there = f"There are: {', '.join(stated)}." if stated else "Its models are one body of metal."
+            raise InputError(f"config key '{key}.parts.{part}': {name} has no such part{near(part, stated)} {there}")
+    if stated and "material" in target:
+        raise InputError(f"config key '{key}.material': {name} has parts, each of its own: {', '.join(stated)}.")
+    return stated | said
 
 
 def _add(models, name, target, targets):

@@ -99,10 +99,11 @@ def _is_another(base, target):
 
 
 def _files(said):
-    """The files that a target says: of parts without their materials."""
+    """The files that a target says: of parts without their materials, and None of a family's, which have no files."""
     if not isinstance(said, dict):
         return said
-    return {name: part.get("mesh") if isinstance(part, dict) else part for name, part in said.items()}
+    files = {name: part.get("mesh") if isinstance(part, dict) else part for name, part in said.items()}
+    return files if any(files.values()) else None
 
 
 def _remove(merged, base, name, key):

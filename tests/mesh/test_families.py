@@ -11,19 +11,33 @@ import pytest
 
 from isarflow.core.kinds import FAMILIES, available, kind
 from isarflow.mesh import topology
-from isarflow.mesh.build import build_meshes
-from isarflow.mesh.families import is_whole, joined, mirror_planes, parts_of, solid, stated_values, values_of
+from isarflow.mesh.build import build_bands, build_meshes, load_source
+from isarflow.mesh.families import (
+    is_whole,
+    joined,
+    materials_of,
+    mirror_planes,
+    parts_of,
+    solid,
+    stated_values,
+    surfaces,
+    values_of,
+)
+from isarflow.mesh.parts import carried
 from isarflow.mesh.repair.surface import repair
 from isarflow.mesh.symmetry import AXES
+from isarflow.setup.config import ROOT, load_config
 
 MODELS = int(os.environ.get("FAMILY_MODELS", 1))
 LOOKED_AT = range(1, 51)
-KINDS = available(FAMILIES)
+EVERY = available(FAMILIES)
+OF_PARTS = [name for name in EVERY if materials_of(name)]
+KINDS = [name for name in EVERY if name not in OF_PARTS]  # of metal
 CLASSES = {
     "drone": ("quadcopter", "hexacopter", "octocopter", "fixed_wing_drone"),
     "missile": ("cruise_missile", "cruciform_missile", "plain_missile", "bomb"),
 }
-MOVING = {"bird", "fixed_wing_drone", "helicopter", "satellite", "twin_boom", *CLASSES["drone"]}
+MOVING = {*OF_PARTS, "bird", "fixed_wing_drone", "helicopter", "satellite", "twin_boom", *CLASSES["drone"]}
 
 
 def family(name, number, **more):
@@ -44,7 +58,7 @@ def test_there_are_drones_missiles_and_fifteen_kinds_of_others():
     assert len(KINDS) == 23 and len(others) == 15
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", EVERY)
 def test_parameters_are_stated_with_bounds_and_units(name):
     stated = kind(FAMILIES, name).stated["PARAMETERS"]
     assert len(stated) >= 5
@@ -97,7 +111,7 @@ def test_a_model_is_one_closed_symmetric_body_and_always_the_same(name):
     assert np.array_equal(vertices, again[0]) and np.array_equal(triangles, again[1])
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", EVERY)
 def test_a_pose_moves_what_turns_or_beats_and_nothing_else(name):
     for number in LOOKED_AT[:5]:
         rest, whole, moved = (parts_of(family(name, number), pose) for pose in (0.0, 1.0, 0.3))
@@ -109,13 +123,43 @@ def test_a_pose_moves_what_turns_or_beats_and_nothing_else(name):
         assert still
 
 
-@pytest.mark.parametrize("name", sorted(MOVING))
+@pytest.mark.parametrize("name", sorted(MOVING - {*OF_PARTS}))
 def test_a_moved_model_is_one_closed_body(name):
     vertices, triangles = solid(family(name, 2), 0.3)
     assert topology.is_watertight(triangles) and topology.components(triangles)[0] == 1
     planes = mirror_planes(name, 0.3)
     assert all(is_symmetric(vertices, triangles, plane) for plane in planes)
     assert (planes == []) == (name in ("fixed_wing_drone", "helicopter", "twin_boom"))
+
+
+@pytest.mark.parametrize("name", OF_PARTS)
+def test_every_part_of_fifty_models_is_closed_or_a_flat_sheet(name):
+    for number in LOOKED_AT:
+        for part, (vertices, triangles) in parts_of(family(name, number)).items():
+            said = f"{part} of {number}"
+            assert topology.components(triangles)[0] == 1, said
+            if topology.is_watertight(triangles):
+                assert topology.tetrahedra(vertices, triangles).sum() > 0, said
+            else:
+                normal = topology.shape(vertices[triangles])[0]
+                np.testing.assert_allclose(normal, normal[:1].repeat(len(normal), 0), atol=1e-9, err_msg=said)
+        assert 0.25 <= np.ptp(joined(family(name, number))[0], axis=0).max() <= 1.15, number
+
+
+@pytest.mark.parametrize("name", OF_PARTS)
+@pytest.mark.parametrize("pose", [0.0, 0.3])
+def test_a_model_of_parts_has_the_surface_of_each_and_always_the_same(name, pose):
+    made, again = (surfaces(family(name, 1), pose) for _ in range(2))
+    assert made.keys() == materials_of(name).keys()
+    for part, (vertices, triangles) in made.items():
+        assert np.array_equal(vertices, again[part][0]) and np.array_equal(triangles, again[part][1])
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        assert low[1] == -high[1], part
+    every = np.concatenate([vertices for vertices, _ in made.values()])
+    np.testing.assert_allclose(
+        np.ptp(every, axis=0),
+        np.ptp(np.concatenate([own for own, _ in parts_of(family(name, 1), pose).values()]), axis=0),
+    )
 
 
 def test_sizes_of_the_classes_overlap():
@@ -142,6 +186,20 @@ def test_the_mesh_stage_takes_a_model(name):
     (_,), measures = build_meshes(name, target, {"edges_per_wavelength": 10, "bands": 1}, radar)
     (band,) = measures["bands"]
     assert band["missed"] is None and band["watertight"] and band["components"] == 1
+
+
+@pytest.mark.parametrize("name", OF_PARTS)
+def test_the_mesh_stage_takes_a_model_of_parts(name, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    said = {"targets": {"model": {"family": {"kind": name, "count": 1, "seed": 1}, "role": "other"}}}
+    target, mesh = load_config(said)["targets"]["model_01"], {"edges_per_wavelength": 10, "bands": 1}
+    radar = {"center_frequency": 1.4e9, "bandwidth": 0.75e9, "frequencies": 14}
+    source = load_source(name, target, mesh, radar)
+    ((vertices, triangles),), measures = build_bands(source, name, target, mesh, radar)
+    assert measures["bands"][0]["missed"] is None
+    part, area = carried(source, (vertices, triangles), target["symmetry"], name), topology.areas(vertices, triangles)
+    assert [*target["parts"]] == [*materials_of(name)]
+    assert (np.bincount(part, area) / area.sum()).min() > 0.05
 
 
 def test_edges_of_a_micrometre_go_and_the_body_stays():

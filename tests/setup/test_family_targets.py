@@ -98,6 +98,41 @@ def test_the_generator_that_the_page_prints(tmp_path, monkeypatch):
     assert 0.4 < (high - low).max() < 0.8 and low[1] == -high[1]
 
 
+def test_a_family_of_parts_has_their_materials_and_a_target_may_say_others():
+    family = {"family": FAMILY | {"kind": "drone_plastic", "count": 1}, "role": "other"}
+    card = {"blades": {"material": "space_cloth"}}
+    for targets in (
+        targets_of(x=family | {"parts": card}),
+        targets_of({"x": {"parts": card}}, x=family | {"scale": 2}),
+    ):
+        parts = targets["x_01"]["parts"]
+        assert parts["metal"] == {} and parts["shell"]["material"]["permittivity"] == 2.7
+        assert parts["blades"]["material"] == {"name": "space_cloth", "resistance": 376.73}
+    assert targets["x_01"]["scale"] == 2  # other materials are no other target
+
+
+PARTS = {
+    "part": ({"parts": {"shel": {}}}, "parts.shel", "drone_plastic has no such part; did you mean 'shell'?"),
+    "material": ({"material": "abs"}, "x.material", "drone_plastic has parts, each of its own: shell, blades, metal."),
+    "mesh": ({"parts": {"shell": {"mesh": "a.stl"}}}, "parts.shell.mesh", "nothing, as a family's parts are made"),
+    "name": ({"parts": {"shell": {"material": "ab"}}}, "parts.shell.material", "no material 'ab'; did you mean 'abs'?"),
+}
+
+
+@pytest.mark.parametrize("case", PARTS)
+def test_parts_that_a_family_does_not_have_are_refused(case):
+    more, key, message = PARTS[case]
+    family = FAMILY | {"kind": "drone_plastic"}
+    with pytest.raises(InputError, match=re.escape(message)) as error:
+        targets_of(x={"family": family, "role": "other", **more})
+    assert key in str(error.value)
+
+
+def test_a_family_of_one_body_has_no_parts():
+    with pytest.raises(InputError, match=r"quadcopter has no such part.* Its models are one body of metal\."):
+        targets_of(quad={"family": FAMILY, "role": "other", "parts": {"shell": {"material": "abs"}}})
+
+
 NO_LEARNING = {"learning": {"experiments": {"*": None}}}
 BAD = {
     "kind": (FAMILY | {"kind": "quadcoptr"}, "quad.family.kind", "no family 'quadcoptr'; did you mean 'quadcopter'?"),

@@ -58,9 +58,9 @@ def read_cad(path, chord=0.0):
 
 def cad_of(target):
     """Return the path of a target's CAD file, or what messages call a family's model, or parts, which have none."""
-    if "parts" in target:
-        return f"parts {', '.join(sorted(target['parts']))}"
-    return target["mesh"] if "mesh" in target else "{kind}, model {number} of seed {seed}".format(**target["family"])
+    if "family" in target:
+        return "{kind}, model {number} of seed {seed}".format(**target["family"])
+    return target["mesh"] if "mesh" in target else f"parts {', '.join(sorted(target['parts']))}"
 
 
 def files_of(target):
@@ -75,7 +75,10 @@ def is_metal(part):
 
 def meshed(parts):
     """The `parts` of a target without what a mesh does not depend on: numbers of materials, but not which is metal."""
-    return {name: {"mesh": part["mesh"]} | ({} if is_metal(part) else {"material": {}}) for name, part in parts.items()}
+    return {
+        name: {key: part[key] for key in ("mesh",) if key in part} | ({} if is_metal(part) else {"material": {}})
+        for name, part in parts.items()
+    }
 
 
 def read_target(path, target, mesh, radar, chord=0.0):
@@ -90,10 +93,12 @@ def read_target(path, target, mesh, radar, chord=0.0):
 def read_surfaces(path, target, chord=0.0):
     """The surfaces of a target's parts by name, or its only one, (vertices, triangles) in metres; see `read_target`."""
     chord /= target.get("scale", 1.0)
-    if "parts" in target:
-        made = {name: read_cad(part["mesh"], chord) for name, part in sorted(target["parts"].items())}
+    if "family" in target:
+        family = target["family"]
+        made = families.surfaces(family) if "parts" in target else {"": families.solid(family)}
     else:
-        made = {"": families.solid(target["family"]) if "family" in target else read_cad(path, chord)}
+        files = target.get("parts", {"": {"mesh": path}})
+        made = {name: read_cad(part["mesh"], chord) for name, part in sorted(files.items())}
     return {name: (in_metres(vertices, target), triangles) for name, (vertices, triangles) in made.items()}
 
 

@@ -17,10 +17,7 @@ def multirotor(angles, values, pose):
     sides = np.radians([angles[0] * 2, *np.diff(angles), 2 * (180 - angles[-1])])
     radius = values["rotor"] * reach * np.sin(sides.min() / 2)  # at most half of the way to the nearest motor
     length, width, height = (values[f"body_{name}"] for name in ("length", "width", "height"))
-    deck = np.array([(0.5, 0.3), (0.32, 0.5), (-0.34, 0.5), (-0.5, 0.32)])
-    deck = np.concatenate([deck, deck * [1, -1]]) * [length, width]
-    levels = (-0.5, 0.8), (-0.2, 1.0), (0.5, 0.72)
-    parts = {"body": hull([(x * scale, y * scale, height * up) for up, scale in levels for x, y in deck])}
+    parts = {"body": deck(length, width, height)}
     low, high = (0.4 * height, 0.5 * height + values["load"]), (-0.5 * height - values["load"], -0.4 * height)
     low, high = low if values["load_above"] else high
     parts["load"] = box((-0.3 * length, -0.28 * width, low), (0.26 * length, 0.28 * width, high))
@@ -33,6 +30,14 @@ def multirotor(angles, values, pose):
         for name, part in made.items():
             parts |= pair(f"{name}_{number}", place(part, move=(x, y, z)))
     return parts | stand(values, length, width, height)
+
+
+def deck(length, width, height):
+    """A body with eight sides that narrows towards its roof and its floor."""
+    outline = np.array([(0.5, 0.3), (0.32, 0.5), (-0.34, 0.5), (-0.5, 0.32)])
+    outline = np.concatenate([outline, outline * [1, -1]]) * [length, width]
+    levels = (-0.5, 0.8), (-0.2, 1.0), (0.5, 0.72)
+    return hull([(x * scale, y * scale, height * up) for up, scale in levels for x, y in outline])
 
 
 def propeller(radius, blades, twist, turn):
