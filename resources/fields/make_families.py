@@ -1,10 +1,13 @@
-"""The fields of config/families.yaml, one store for each model, so that a run that is cut off loses nothing.
+"""The fields of config/<set>.yaml, one store for each model, so that a run that is cut off loses nothing.
 
-    make_families.py missing     the fields of models that are not kept yet, as targets for snakemake
-    make_families.py keep        keep those that the run has finished, azimuths 0 to 180 degrees: families/<target>.zarr
-    make_families.py accuracy    accuracy.csv: the kept fields beside those of a finer run (families/finer.yaml)
-    make_families.py card        the tables of families/README.md, from the stores and accuracy.csv, and
-                                 config/families-fields.yaml, which takes the kept fields
+    make_families.py missing [set]     the fields of models that are not kept yet, as targets for snakemake
+    make_families.py keep [set]        keep those that the run has finished, azimuths 0 to 180 degrees:
+                                       <set>/<target>.zarr
+    make_families.py accuracy [set]    accuracy.csv: the kept fields beside those of a finer run (<set>/finer.yaml)
+    make_families.py card [set]        the tables of <set>/README.md, from the stores and accuracy.csv, and
+                                       config/<set>-fields.yaml, which takes the kept fields
+
+A set is `families`, of metal, or `flyers`, of plastic, flesh and feathers.
 
 All models have the mirror plane xz, so the reader takes the other azimuths from these (docs/own-fields.md).
 """
@@ -28,8 +31,7 @@ from isarflow.scattering.fields.given_store import read_store
 from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
-HERE = Path(__file__).parent / "families"
-CONFIG, FIELDS = "config/families.yaml", "config/families-fields.yaml"
+HERE, CONFIGS = Path(__file__).parent, Path("config")
 SAID = "role", "class", "kind", "symmetry"
 HALF = 180 + 1e-4  # degrees
 MIRRORED = 1e-3  # relative: the most that the other half may differ from the mirror image of the kept one
@@ -39,8 +41,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     steps = {step.__name__: step for step in (missing, keep, accuracy, card)}
     parser.add_argument("what", choices=steps)
+    parser.add_argument("set", nargs="?", choices=("families", "flyers"), default="families")
     options = parser.parse_args()
-    config = load_config(read_yaml(CONFIG))
+    config = load_config(read_yaml(CONFIGS / f"{options.set}.yaml"))
     steps[options.what](config, Path("results", config["name"]))
 
 
@@ -53,7 +56,7 @@ def keep(config, results):
         solved = results / "scattering" / f"{name}.zarr"
         if not (solved / stores.SUMS).exists():
             continue
-        whole, path = stores.open_store(solved).load(), HERE / f"{name}.zarr"
+        whole, path = stores.open_store(solved).load(), _kept(config, name)
         half = whole.sel(azimuth=whole.azimuth <= HALF)
         half.attrs |= _attributes(config, results, name)
         stores.write(half, path, {"field": {"chunks": half.field.shape}})
@@ -68,9 +71,13 @@ def keep(config, results):
 def _not_kept(config):
     """The models without a whole store of their own parameters."""
     for name, target in config["targets"].items():
-        path, parameters = HERE / f"{name}.zarr", stated_values(target["family"])
+        path, parameters = _kept(config, name), stated_values(target["family"])
         if not (path / stores.SUMS).exists() or stores.open_store(path).attrs["parameters"] != parameters:
             yield name
+
+
+def _kept(config, name):
+    return HERE / config["name"] / f"{name}.zarr"
 
 
 def _off(path, whole):
@@ -84,8 +91,9 @@ def _attributes(config, results, name):
     target, bands = config["targets"][name], range(config["mesh"]["bands"])
     mesh = json.loads((results / "mesh" / f"{name}.json").read_text())
     jobs = [f"scattering/bands/{name}-{band}" for band in bands]
+    body = "penetrable" if "parts" in target else "perfectly conducting"  # the store's `parts` have the materials
     return {
-        "title": f"Monostatic full-wave backscatter of a perfectly conducting model ({name}) in free space",
+        "title": f"Monostatic full-wave backscatter of a {body} model ({name}) in free space",
         "target": name,
         "role": target["role"],
         "class": target.get("class", ""),
@@ -116,32 +124,35 @@ def _processor_seconds(results, job):
 
 
 def accuracy(config, results):
-    finer, rows = load_config(read_yaml(CONFIG), read_yaml(HERE / "finer.yaml")), []
+    folder, rows = HERE / config["name"], []
+    finer = load_config(read_yaml(CONFIGS / f"{config['name']}.yaml"), read_yaml(folder / "finer.yaml"))
     assert finer["mesh"]["edges_per_wavelength"] == FINER
     for path in sorted(Path("results", finer["name"], "scattering").glob("*.zarr")):
         whole = stores.open_store(path).load()
-        kept = stores.open_store(HERE / path.name).load()
+        kept = stores.open_store(folder / path.name).load()
         references = whole.sel(azimuth=kept.azimuth, method="nearest").field.values
         for way, mine, other in zip(kept.polarization.values, kept.field.values, references, strict=True):
             for hertz, field, reference in zip(kept.frequency.values, mine, other, strict=True):
                 row = {"target": path.stem, "ghz": round(hertz / 1e9, 4), "polarization": str(way)}
                 rows.append(row | apart(field, reference))
-    pd.DataFrame(rows).to_csv(HERE / "accuracy.csv", index=False, float_format="%.4g")
+    pd.DataFrame(rows).to_csv(folder / "accuracy.csv", index=False, float_format="%.4g")
 
 
 def card(config, results):
-    there = [name for name in config["targets"] if (HERE / f"{name}.zarr" / stores.SUMS).exists()]
-    with open(FIELDS, "w") as file:
-        file.write("# The models of families.yaml, from their kept fields: by `make_families.py card`.\n")
-        file.write("name: families-fields\ntargets:\n  '*': null\n")
+    made = config["name"]
+    there = [name for name in config["targets"] if (_kept(config, name) / stores.SUMS).exists()]
+    with open(CONFIGS / f"{made}-fields.yaml", "w") as file:
+        file.write(f"# The models of {made}.yaml, from their kept fields: by `make_families.py card`.\n")
+        file.write(f"name: {made}-fields\ntargets:\n  '*': null\n")
         for name in there:
             said = {key: config["targets"][name][key] for key in SAID if key in config["targets"][name]}
-            said = {"field": f"resources/fields/families/{name}.zarr", **said}
+            said = {"field": f"resources/fields/{made}/{name}.zarr", **said}
             file.write(f"  {name}: {{{', '.join(f'{k}: {_flow(v)}' for k, v in said.items())}}}\n")
         file.write("learning:\n  experiments: {'*': null}\n")
-    put(HERE / "README.md", "models", model_lines(there))
-    if (HERE / "accuracy.csv").exists():
-        put(HERE / "README.md", "accuracy", accuracy_lines(pd.read_csv(HERE / "accuracy.csv")))
+    card = HERE / made / "README.md"
+    put(card, "models", model_lines(config, there))
+    if card.with_name("accuracy.csv").exists():
+        put(card, "accuracy", accuracy_lines(pd.read_csv(card.with_name("accuracy.csv"))))
 
 
 def _flow(value):
@@ -149,9 +160,9 @@ def _flow(value):
     return f"[{', '.join(value)}]" if isinstance(value, list) else value
 
 
-def model_lines(there):
+def model_lines(config, there):
     """A table in Markdown: of each kind its models' sizes, unknowns, residuals and times. there: their names."""
-    rows = pd.DataFrame([stores.open_store(HERE / f"{name}.zarr").attrs for name in there])
+    rows = pd.DataFrame([stores.open_store(_kept(config, name)).attrs for name in there])
     yield "| kind | class | models | longest side | unknowns at the top | largest residual | processor time |"
     yield "|---" * 7 + "|"
     for kind, models in rows.groupby("kind", sort=False):

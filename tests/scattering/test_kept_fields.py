@@ -16,6 +16,7 @@ from isarflow.setup.config import ROOT, load_config
 from isarflow.setup.yaml_file import read_yaml
 
 CONFIG = {
+    "name": "few",
     "targets": {"*": None, "box": {"family": {"kind": "box", "count": 2, "seed": 1}, "role": "other"}},
     "radar": {"frequencies": 2},
     "mesh": {"bands": 1},
@@ -62,7 +63,7 @@ def test_a_finished_field_is_kept_and_read_whole(script, tmp_path, capsys, monke
     field = solved(results, config, "box_02")
     script.keep(config, results)
     assert "kept box_02: residual at most 2.0e-05, 20 s of processors" in capsys.readouterr().out
-    store = open_store(tmp_path / "box_02.zarr").load()
+    store = open_store(tmp_path / CONFIG["name"] / "box_02.zarr").load()
     assert store.field.shape == (3, 2, 2, 5) and store.azimuth.values.max() == 160
     attrs = store.attrs
     assert attrs["symmetry"] == ["xz", "yz"] and attrs["kind"] == "box" and attrs["role"] == "other"
@@ -70,17 +71,20 @@ def test_a_finished_field_is_kept_and_read_whole(script, tmp_path, capsys, monke
     assert attrs["processor"] == "a fine GPU"
     assert (attrs["processor_s"], attrs["mesh_processor_s"]) == (20.2, 3.5) and len(attrs["mesh_sha256"]) == 1
     whole = tmp_path / "whole.zarr"
-    write_external(str(tmp_path / "box_02.zarr"), whole, config["radar"], config["aspect"], ["xz"])
+    write_external(str(tmp_path / CONFIG["name"] / "box_02.zarr"), whole, config["radar"], config["aspect"], ["xz"])
     np.testing.assert_allclose(open_store(whole).field.values, field, atol=1e-6)
     capsys.readouterr()
     script.missing(config, results)
     assert capsys.readouterr().out.split() == [str(results / "scattering/box_01.zarr")]
-    monkeypatch.setattr(script, "FIELDS", tmp_path / "taken.yaml")
-    (tmp_path / "README.md").write_text("<!-- models -->\n<!-- end of models -->\n")
+    monkeypatch.setattr(script, "CONFIGS", tmp_path)
+    (tmp_path / CONFIG["name"] / "README.md").write_text("<!-- models -->\n<!-- end of models -->\n")
     script.card(config, results)
-    assert "\n| box | other | 1 | 0.30 to 0.30 m | 12 to 12 | 2.0e-05 |" in (tmp_path / "README.md").read_text()
-    taken = read_yaml(tmp_path / "taken.yaml")["targets"].pop("box_02")
-    assert taken.pop("field") == "resources/fields/families/box_02.zarr"
+    assert (
+        "\n| box | other | 1 | 0.30 to 0.30 m | 12 to 12 | 2.0e-05 |"
+        in (tmp_path / CONFIG["name"] / "README.md").read_text()
+    )
+    taken = read_yaml(tmp_path / f"{CONFIG['name']}-fields.yaml")["targets"].pop("box_02")
+    assert taken.pop("field") == f"resources/fields/{CONFIG['name']}/box_02.zarr"
     assert taken == {"role": "other", "kind": "box", "symmetry": ["xz", "yz"]}
 
 
