@@ -7,7 +7,10 @@ from isarflow.mesh.shapes import ellipse, pair, place, revolve, sheet
 
 
 class Family(Generator):
-    PARTS = {"flesh": {"material": {"name": "muscle"}}, "feathers": {"material": {"name": "feather"}}}
+    PARTS = {
+        "flesh": {"material": {"name": "muscle", "surface": "leontovich"}},
+        "feathers": {"material": {"name": "feather"}},
+    }
     PARAMETERS = {
         "length": {"minimum": 0.28, "maximum": 0.42, "unit": "m", "description": "of the body"},
         "radius": {"minimum": 0.055, "maximum": 0.075, "unit": "m", "description": "of the body"},
