@@ -32,6 +32,7 @@ from isarflow.learning.experiments import (
     split_settings,
 )
 from isarflow.mesh.read import cad_kernel
+from isarflow.mesh.read.target import files_of, states_unit
 from isarflow.scattering import needs
 from isarflow.scattering.fields import field_files
 from isarflow.scattering.fields.reference import check_columns, check_frequencies, is_csv, several
@@ -191,7 +192,7 @@ def _of_files(name, target, config):
                 yield f"{key}: {path} lies in {written}, where this run writes; copy it elsewhere."
         if what == "mesh" and suffix in cad_kernel.FORMATS:
             cad_kernel.check_installed(f"config key {key}: {files}")
-            if "unit" in target:
+            if "unit" in target and all(map(states_unit, files_of(target))):
                 why = "states its own unit; leave 'unit' out. If that is wrong, export the file anew"
                 yield f"'targets.{name}.unit': {files} {why}."
     field, reference = (target.get(what, "") for what in ("field", "reference"))

@@ -12,6 +12,8 @@ from isarflow.core.errors import InputError
 from isarflow.mesh import topology
 from isarflow.mesh.build import build_meshes, load_source
 from isarflow.mesh.read import cad_kernel
+from isarflow.mesh.read.target import read_surfaces
+from isarflow.mesh.shapes import box, write_stl
 from isarflow.setup.config import load_config
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
@@ -252,6 +254,21 @@ def test_a_body_of_triangles_alone_is_read(tmp_path, shapes, option, name):
     assert topology.is_watertight(source.triangles)
     path.write_text(path.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.CENTI.,.METRE.)"))
     assert np.ptp(cad_kernel.read_surfaces(path, 0.0)[0], axis=0) == pytest.approx(10 * np.array(box), rel=5e-3)
+
+
+@needs_kernel
+def test_a_unit_is_that_of_the_parts_that_state_none(tmp_path, shapes):
+    """A tin in a STEP file, which states millimetres, beside a box of an STL file, which states nothing."""
+    tin = write_shape(tmp_path / "tin.step", shapes.tin)
+    block = box((100, 0, 0), (120, 20, 20))
+    write_stl(tmp_path / "block.stl", block)
+    parts = {"tin": {"mesh": str(tin)}, "block": {"mesh": str(tmp_path / "block.stl")}}
+    load_config({"targets": {"t": {"parts": parts, "unit": "mm", "role": "other"}}})
+    made = read_surfaces("t", {"parts": parts, "unit": "mm", "scale": 2.0})
+    assert np.ptp(made["tin"][0], axis=0) == pytest.approx(2 * np.array(SIZES["tin"][0]), rel=5e-3)
+    assert np.ptp(made["block"][0], axis=0) == pytest.approx([0.04] * 3, rel=1e-6)
+    with pytest.raises(InputError, match=r"'targets\.t\.unit': .* states its own unit; leave 'unit' out"):
+        load_config({"targets": {"t": {"parts": {"tin": parts["tin"]}, "unit": "mm", "role": "other"}}})
 
 
 @needs_kernel

@@ -83,7 +83,8 @@ def test_the_generator_that_the_page_prints(tmp_path, monkeypatch):
     text = (ROOT / "docs/families.md").read_text()
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine/dumbbell.py").write_text(*re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL))
-    first, own = map(yaml.safe_load, re.findall(r"^```yaml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL))
+    first, twin, own = map(yaml.safe_load, re.findall(r"^```yaml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL))
+    assert load_config(twin | NO_LEARNING)["targets"]["twin_01"]["parts"]["shell"]["material"]["resistance"] == 0
     config = load_config(first, own | NO_LEARNING)
     assert [*config["targets"]] == [
         *("quad_01", "quad_02", "quad_03", "rocket_01", "rocket_02", "rocket_03", "bird_01", "bird_02"),

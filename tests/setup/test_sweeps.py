@@ -146,7 +146,5 @@ def test_gigahertz_for_hertz_are_said(tmp_path):
 
 
 def test_scale_comes_before_rotate_and_translate_last():
-    moved = in_metres(
-        np.array([[1.0, 0.0, 0.0]]), {"unit": "cm", "scale": 20, "rotate": [0, 0, 90], "translate": [1, 2, 3]}
-    )
+    moved = in_metres(np.array([[1.0, 0.0, 0.0]]), {"scale": 0.2, "rotate": [0, 0, 90], "translate": [1, 2, 3]})
     np.testing.assert_allclose(moved, [[1.0, 2.2, 3.0]], atol=1e-12)

@@ -98,8 +98,14 @@ def read_surfaces(path, target, chord=0.0):
         made = families.surfaces(family) if "parts" in target else {"": families.solid(family)}
     else:
         files = target.get("parts", {"": {"mesh": path}})
-        made = {name: read_cad(part["mesh"], chord) for name, part in sorted(files.items())}
+        made = {name: _in_unit(part["mesh"], target, chord) for name, part in sorted(files.items())}
     return {name: (in_metres(vertices, target), triangles) for name, (vertices, triangles) in made.items()}
+
+
+def _in_unit(path, target, chord):
+    """The result of `read_cad` in metres: by the file itself, or by the target's `unit`."""
+    vertices, triangles = read_cad(path, chord)
+    return vertices * (1.0 if states_unit(path) else UNITS[target.get("unit", "m")]), triangles
 
 
 def joined(surfaces, target, mesh, radar):
@@ -148,8 +154,8 @@ def states_unit(path):
 
 
 def in_metres(vertices, target):
-    """Vertices scaled by a target's `unit` and `scale`, turned by `rotate` (degrees), and moved by `translate` (m)."""
-    vertices = vertices * UNITS[target.get("unit", "m")] * target.get("scale", 1.0)
+    """Vertices in metres scaled by a target's `scale`, turned by `rotate` (degrees), and moved by `translate` (m)."""
+    vertices = vertices * target.get("scale", 1.0)
     for axis, angle in enumerate(np.radians(target.get("rotate", [0, 0, 0]))):
         j, k = (axis + 1) % 3, (axis + 2) % 3
         turn = np.eye(3)

@@ -229,7 +229,8 @@ def left_open(vertices, triangles, edge, tolerance, name):
     opened, area = openings(vertices, triangles), topology.areas(vertices, triangles).sum()
     width = 2 * opened.area / opened.length
     for k in np.argsort(-opened.area, kind="stable")[:LOOKED_AT]:
-        width[k] = across(vertices, opened.rims[opened.number == k])
+        apart = across(vertices, opened.rims[opened.number == k])
+        width[k] = apart if np.isfinite(apart) else width[k]  # of a rim that has no other side
     spanned = np.minimum(opened.area, width * opened.length / 2)  # for a bent slit the fan of triangles is much larger
     if spanned.sum() < SHUT * area:
         largest = spanned.argmax()
