@@ -19,6 +19,7 @@
 # make bench-meshing: what meshing takes beside solving: the default targets, a UAV, half a million triangles (ten minutes)
 # make bench-shapes: fields of targets with fine features beside those of finer meshes (five minutes)
 # make bench-sheets: shells of thin materials beside their series, and how thick a sheet may be (two minutes)
+# make bench-flyers: a plastic drone and a bird of flesh and feathers beside their metal twins (ten minutes)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-imagers: two points by each imager, over distance, SNR and gaps (ten minutes)
 # make bench-focus: focus methods on points and on the dataset's targets, over motion (five minutes)
@@ -39,7 +40,7 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke optics-meshes aircraft-meshes rays report thesis recognition models benchmark kinds kinds-growth test lint docs environment results validate \
+.PHONY: smoke optics-meshes aircraft-meshes flyers-images rays report thesis recognition models benchmark kinds kinds-growth test lint docs environment results validate \
 	fields check-fields bench-device
 
 smoke: environment
@@ -117,6 +118,7 @@ bench-optics: optics-meshes rays
 bench-centres: optics-meshes
 bench-compressed: aircraft-meshes
 bench-bempp: .venv-bempp/.installed
+bench-flyers: flyers-images
 
 # Ten edges a wavelength at the highest frequency.
 optics-meshes: environment
@@ -125,6 +127,12 @@ optics-meshes: environment
 
 aircraft-meshes: environment
 	snakemake --cores $(CORES) results/quick/mesh/aircraft.json
+
+flyers-images: environment
+	snakemake --cores $(CORES) $(patsubst %,results/flyers-fields/imaging/%_01/clean.zarr,drone_plastic bird_water) \
+		--configfile config/flyers-fields.yaml
+	snakemake --cores $(CORES) $(patsubst %,results/flyers-twins/imaging/%_01/clean.zarr,drone_plastic bird_water) \
+		--configfile config/flyers.yaml resources/fields/flyers/twins.yaml
 
 rays: environment
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements-rays.lock

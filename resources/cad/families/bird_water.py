@@ -1,4 +1,7 @@
-"""Birds of flesh and feathers: body and head are opaque water, and wings and tail are thin sheets."""
+"""Birds of flesh and feathers, as large as geese and swans: body and head are opaque, wings and tail are thin sheets.
+
+The flesh of smaller ones is not opaque at 2 GHz, where a wave falls to 1 / e in 27 mm of muscle.
+"""
 
 import numpy as np
 
@@ -12,23 +15,23 @@ class Family(Generator):
         "feathers": {"material": {"name": "feather"}},
     }
     PARAMETERS = {
-        "length": {"minimum": 0.28, "maximum": 0.42, "unit": "m", "description": "of the body"},
-        "radius": {"minimum": 0.055, "maximum": 0.075, "unit": "m", "description": "of the body"},
-        "head": {"minimum": 0.6, "maximum": 0.75, "unit": "", "description": "radius of the head over the body's"},
-        "span": {"minimum": 0.6, "maximum": 1.0, "unit": "m", "description": "of the wings, when they are level"},
-        "root": {"minimum": 0.11, "maximum": 0.18, "unit": "m", "description": "chord of the wing at the body"},
+        "length": {"minimum": 0.34, "maximum": 0.5, "unit": "m", "description": "of the body"},
+        "radius": {"minimum": 0.068, "maximum": 0.092, "unit": "m", "description": "of the body"},
+        "head": {"minimum": 0.6, "maximum": 0.72, "unit": "", "description": "radius of the head over the body's"},
+        "span": {"minimum": 0.7, "maximum": 1.1, "unit": "m", "description": "of the wings, when they are level"},
+        "root": {"minimum": 0.15, "maximum": 0.24, "unit": "m", "description": "chord of the wing at the body"},
         "tip": {"minimum": 0.4, "maximum": 0.65, "unit": "", "description": "chord of the tip over that of the root"},
         "sweep": {"minimum": 5, "maximum": 30, "unit": "degrees", "description": "of the outer part"},
         "rise": {"minimum": -5, "maximum": 25, "unit": "degrees", "description": "of the inner part, at rest"},
         "droop": {"minimum": 0, "maximum": 30, "unit": "degrees", "description": "of the outer part below the inner"},
-        "tail": {"minimum": 0.1, "maximum": 0.18, "unit": "m", "description": "length of the tail"},
-        "fan": {"minimum": 0.08, "maximum": 0.16, "unit": "m", "description": "width of the tail's end"},
+        "tail": {"minimum": 0.08, "maximum": 0.16, "unit": "m", "description": "length of the tail"},
+        "fan": {"minimum": 0.1, "maximum": 0.2, "unit": "m", "description": "width of the tail's end"},
         "beat": {"minimum": 15, "maximum": 35, "unit": "degrees", "description": "by which the wings rise and fall"},
     }
 
     def parts(self, values, pose=0.0):
         length, radius, root = values["length"], values["radius"], values["root"]
-        rear = [(-x, r) for x, r in ellipse(0.0, 0.58 * length, radius, 9, 0.7)][::-1]
+        rear = [(-x, r) for x, r in ellipse(0.0, 0.58 * length, radius, 9)][::-1]
         parts = {"flesh/body": revolve(rear + ellipse(0.08 * length, 0.42 * length, radius, 9), 32)}
         size = values["head"] * radius
         head = [(-x, r) for x, r in ellipse(0.0, size, size, 7)][::-1] + ellipse(0.0, 1.5 * size, size, 7)[1:]
