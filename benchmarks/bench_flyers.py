@@ -35,7 +35,7 @@ def rows(target):
         own, twin = (db(store.field.sel(polarization=way).values) for store in fields)
         bright = twin > twin.max() - NEAR_PEAK
         magnitudes = [np.abs(store.image.sel(channel=way).values) for store in images]
-        alike = zncc(*(each.reshape(-1, *each.shape[-2:]) for each in magnitudes))
+        alike = zncc(*(each.reshape(-1, each.shape[-2] * each.shape[-1]) for each in magnitudes))
         yield {
             "target": target,
             "polarization": way,
