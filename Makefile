@@ -19,6 +19,7 @@
 # make bench-meshing: what meshing takes beside solving: the default targets, a UAV, half a million triangles (ten minutes)
 # make bench-shapes: fields of targets with fine features beside those of finer meshes (five minutes)
 # make bench-sheets: shells of thin materials beside their series, and how thick a sheet may be (two minutes)
+# make bench-surfaces: where a surface impedance stands for an opaque body or a coating, by series and solves (five minutes)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-imagers: two points by each imager, over distance, SNR and gaps (ten minutes)
 # make bench-focus: focus methods on points and on the dataset's targets, over motion (five minutes)

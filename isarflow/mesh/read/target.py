@@ -73,9 +73,14 @@ def is_metal(part):
     return part.get("material", {"resistance": 0}).get("resistance") == 0
 
 
+def hides(part):
+    """Tell whether a part of a target hides what lies in it: metal, also with a coating, and opaque bodies."""
+    return is_metal(part) or not {"surface", "backing"}.isdisjoint(part["material"])
+
+
 def meshed(parts):
-    """The `parts` of a target without what a mesh does not depend on: numbers of materials, but not which is metal."""
-    return {name: {"mesh": part["mesh"]} | ({} if is_metal(part) else {"material": {}}) for name, part in parts.items()}
+    """The `parts` of a target without what a mesh does not depend on: numbers of materials, not which are sheets."""
+    return {name: {"mesh": part["mesh"]} | ({} if hides(part) else {"material": {}}) for name, part in parts.items()}
 
 
 def read_target(path, target, mesh, radar, chord=0.0):
