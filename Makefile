@@ -20,6 +20,7 @@
 # make bench-shapes: fields of targets with fine features beside those of finer meshes (five minutes)
 # make bench-sheets: shells of thin materials beside their series, and how thick a sheet may be (two minutes)
 # make bench-flyers: a plastic drone and a bird of flesh and feathers beside their metal twins (ten minutes)
+# make bench-surfaces: where a surface impedance stands for an opaque body or a coating, by series and solves (five minutes)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-imagers: two points by each imager, over distance, SNR and gaps (ten minutes)
 # make bench-focus: focus methods on points and on the dataset's targets, over motion (five minutes)

@@ -1,6 +1,7 @@
 """Targets of several parts, each a CAD file of its own: meshed as one surface of which each triangle keeps its part.
 
-A part without `material` is metal, and hides what lies inside of it. Others are thin sheets, which waves pass.
+A part without `material` is metal. It hides what lies inside of it, as opaque bodies do. Others are thin sheets, which
+waves pass.
 """
 
 import igl
@@ -10,7 +11,7 @@ from scipy.spatial import cKDTree
 from isarflow.core.errors import InputError
 from isarflow.mesh import symmetry, topology
 from isarflow.mesh.ground import Ground
-from isarflow.mesh.read.target import is_metal
+from isarflow.mesh.read.target import hides
 
 MOST_SHARED = 20  # times the reach, squared: the most area on which two sheets may lie on each other, as beside a seam
 NOT_ON = 1e-3  # edges: the least distance of a hollow's wall from the outer one
@@ -26,7 +27,7 @@ class Parts:
 
     def __init__(self, said, surfaces, completed, reach):
         self.names, self.reach = sorted(said), reach
-        self.sheets = np.array([not is_metal(said[name]) for name in self.names])
+        self.sheets = np.array([not hides(said[name]) for name in self.names])
         for axis in symmetry.axes(completed):
             surfaces = {
                 name: (

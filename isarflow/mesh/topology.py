@@ -23,6 +23,7 @@ class Edges(NamedTuple):
 # Equations that hold for closed surfaces alone: what they need, and what to do where there are none.
 CLOSED = {
     "cfie": "'formulation: cfie' needs closed surfaces with outward normals; use efie for this target.",
+    "ibc": "A surface impedance, of an opaque body or a coating, needs closed surfaces.",
     "pmchwt": "A solid body needs closed surfaces; give the wall's 'thickness' in 'material' if it is a shell.",
 }
 
@@ -151,6 +152,18 @@ def tetrahedra(vertices, triangles):
     return (a * np.cross(b, c)).sum(axis=1) / 6
 
 
+def winding_number(point, vertices, triangles):
+    """Return how often triangles (T, 3) go round a point (3,): 1 within a closed surface, and 0 outside.
+
+    van Oosterom, Strackee, IEEE Trans. BME-30, 1983.
+    """
+    a, b, c = (vertices[triangles] - point).transpose(1, 0, 2)
+    x, y, z = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
+    ab, bc, ca = ((first * second).sum(1) for first, second in ((a, b), (b, c), (c, a)))
+    volume = (a * np.cross(b, c)).sum(1)
+    return float(np.arctan2(volume, x * y * z + ab * z + bc * x + ca * y).sum() / (2 * np.pi))
+
+
 def check_closed(vertices, triangles, equation):
     """Raise InputError unless every part is closed, as one of CLOSED needs, and for cfie its normals point outwards."""
     vertices, triangles = np.asarray(vertices, float), np.asarray(triangles)
@@ -160,7 +173,7 @@ def check_closed(vertices, triangles, equation):
     if wrong.any():
         disagree = f"at {wrong.sum()} of {len(count)} edges"
         raise InputError(f"the mesh is open or its triangles disagree {disagree}. {CLOSED[equation]}")
-    if equation == "pmchwt":  # it has no side: of a hollow body the inner surface may be turned either way
+    if equation != "cfie":  # they have no side: of a hollow body the inner surface may be turned either way
         return
     pieces, piece = edge_pieces(triangles)
     volume = np.bincount(piece, tetrahedra(vertices - vertices[triangles].mean((0, 1)), triangles), pieces)

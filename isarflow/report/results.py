@@ -12,7 +12,7 @@ from isarflow.core.sweep import images_are_made, snr_label
 from isarflow.imaging.geometry import PURE_NOISE
 from isarflow.learning.experiments import class_of, runs
 from isarflow.mesh.io import read_parts, read_ply
-from isarflow.mesh.read.target import is_metal
+from isarflow.mesh.read.target import hides
 from isarflow.report.selection import KINDS, drawn, full_size, target_order
 from isarflow.report.thesis import DEFINITION
 from isarflow.report.vocabulary import PROTOCOLS, Names, select
@@ -112,9 +112,9 @@ class Results:
         return read_ply(self.fields / "mesh" / f"{target}-{part}.ply")
 
     def part(self, target, band):
-        """Return the part of each triangle of such a mesh, (T,), and {name: is it metal}; None and {} without parts."""
+        """Return the part of each triangle of such a mesh, (T,), and {name: no sheet?}; None and {} without parts."""
         part, names = read_parts(self.fields / "mesh" / f"{target}-{band}.ply")
-        return part, {name: is_metal(self.settings["targets"][target]["parts"][name]) for name in names}
+        return part, {name: hides(self.settings["targets"][target]["parts"][name]) for name in names}
 
     def scattering(self, target):
         """Return the scattering store of a target, opened lazily."""

@@ -9,7 +9,7 @@ from isarflow.mesh.read.target import is_metal
 from isarflow.report.layout import Section, canvas, figure
 from isarflow.report.rcs_figures import cut_figure, draw_map
 from isarflow.scattering.fields.cuts import by_transmitter
-from isarflow.scattering.materials import described, is_solid
+from isarflow.scattering.materials import described
 from isarflow.scattering.solver import build_solver
 
 PLACE, NEEDS = ("fields", 2), "targets"  # on the page, see page.py
@@ -64,9 +64,7 @@ def _origin(name, attrs, solved):
 
 def _made_of(own):
     """Say what a target, or a part of one, is made of."""
-    if is_metal(own):
-        return "metal"
-    return f"{'solid' if is_solid(own['material']) else 'a sheet of'} {described(own['material'])}"
+    return "metal" if is_metal(own) else described(own["material"])
 
 
 def profile_figure(target, dataset):

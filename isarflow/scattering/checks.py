@@ -27,6 +27,8 @@ FLAT_SHARE = 1e-12  # of the longest side squared: a triangle of a smaller area 
 LONG_EDGE = 1 / 3  # a longer one is warned of
 LONGEST_EDGE = 1.0  # one as long is refused
 LONGEST_MEAN_EDGE = 0.5  # a mesh of so long a mean edge is refused
+THIN_SHARE = 0.05  # of an opaque body's area: where it may be thin, as at edges
+PROBES = 400  # places at which an opaque body's thickness is looked for
 USUAL_EDGES = 10  # edges in a wavelength
 
 
@@ -42,23 +44,54 @@ def check_tolerance(tolerance, formulation, precision):
         raise InputError("'tolerance': matrices are compressed for the EFIE in single precision alone; write None.")
 
 
-def checked_impedance(impedance, shape, formulation):
-    """Return the impedance of a sheet, ohm a square, complex: of `shape`, that of (frequencies, triangles).
+def checked_impedance(name, impedance, shape, formulation):
+    """Return the impedance of sheets or surfaces, ohm, complex: of `shape`, that of (frequencies, triangles).
 
     Raises InputError for one that is none, that gives power, or that is not 0 with the CFIE.
     """
-    array = _array("impedance", impedance)
+    array = _array(name, impedance)
     if array.dtype.kind not in "iufc" or array.shape not in ((), shape[:1], shape) or not np.isfinite(array).all():
         each = "one for each of {} frequencies, or of {} frequencies and {} triangles".format(shape[0], *shape)
-        raise InputError(f"'impedance' is a finite number, or {each}, not {_said(impedance, array)}.")
+        raise InputError(f"'{name}' is a finite number, or {each}, not {_said(impedance, array)}.")
     if array.real.min() < 0:
-        raise InputError(
-            f"'impedance': {array.real.min():g} ohm; a sheet that takes power has a real part of 0 or more."
-        )
+        raise InputError(f"'{name}': {array.real.min():g} ohm; what takes power has a real part of 0 or more.")
     if formulation != "efie" and array.any():
         raise InputError("'impedance': sheets are solved by 'formulation' efie alone.")
     array = array.astype(complex)
     return np.broadcast_to(array[:, None] if array.ndim == 1 else array, shape)
+
+
+def opaque(vertices, triangles, sheets, surfaces, permittivity):
+    """Return True for triangles that have a surface impedance, (T,); sheets, surfaces: impedances (F, T).
+
+    Raises InputError unless they bound bodies, by themselves or with metal, and are nothing else.
+    """
+    if permittivity is not None:
+        raise InputError("'surface_impedance' is of an opaque body; leave the 'permittivity' of its inside out.")
+    is_opaque, is_sheet = (surfaces != 0).all(0), sheets.any(0)
+    if (surfaces.any(0) & (is_sheet | ~is_opaque)).any():
+        raise InputError("'surface_impedance' is 0 at all frequencies on metal and on a sheet, and on others at none.")
+    try:
+        topology.check_closed(vertices, triangles[is_opaque], "ibc")
+    except InputError:
+        topology.check_closed(vertices, triangles[~is_sheet], "ibc")
+    return is_opaque
+
+
+def check_depth(part, vertices, triangles, bounds, least):
+    """Raise InputError if an opaque body is less than `least` m thick under more than THIN_SHARE of its triangles.
+
+    part: its name; bounds: all triangles (T, 3) that bound the body, outwards.
+    """
+    area, corners = np.cumsum(topology.areas(vertices, triangles)), vertices[triangles]
+    places = np.searchsorted(area, area[-1] * (np.arange(PROBES) + 0.5) / PROBES)
+    probes = (corners.mean(1) - least * topology.unit(topology.normals(corners)))[places]
+    thin = np.mean([topology.winding_number(probe, vertices, bounds) < 1 / 2 for probe in probes])
+    if thin > THIN_SHARE:
+        raise InputError(
+            f"{f'part {part!r}: ' if part else ''}on {100 * thin:.0f} % of its area the opaque body is less than three "
+            f"skin depths ({1000 * least:.3g} mm) thick, and waves pass it; leave 'surface' out for a solid body."
+        )
 
 
 def checked_permittivity(permittivity, count, impedance, formulation):

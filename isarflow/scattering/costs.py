@@ -25,7 +25,7 @@ CLEARLY_SHARE = 0.7  # of the time of whole matrices, where they fit easily
 LARGE_MEGABYTES = 4000  # above it, compressed matrices are also used to save memory
 # Of each operator: matrices, 1 for a symmetric one and 2 for others; time for the matrix's entries and right sides, in
 # units of the EFIE's; bytes of the near pairs for each triangle, about 45 pairs a triangle and image.
-OPERATORS = {"efie": (1, 1, 13_000), "cfie": (2, 3, 26_000), "pmchwt": (1, 1.8, 26_000)}
+OPERATORS = {"efie": (1, 1, 13_000), "cfie": (2, 3, 26_000), "pmchwt": (1, 1.8, 26_000), "ibc": (1, 1.4, 26_000)}
 # Of compressed matrices.
 PATCH_FUNCTIONS = 480  # of a patch
 SKETCH_COLUMNS = 48  # random columns that a tile's sketch begins with: most tiles have a smaller rank
@@ -42,9 +42,9 @@ INVERSE_SECONDS = 0.022  # to invert a diagonal block
 def planned(measures, planes, sweep, formulation, precision, tolerance):
     """Peak memory of `solve` in MB, and its time at all frequencies of a Sweep in s on the two cores described above.
 
-    measures: `unknowns`, of currents of both kinds in pmchwt, `triangles` and `box` (m) of the mesh; planes: the number
-    of its mirror planes, with which a matrix of N unknowns falls into G = 2^planes parities of N / G; tolerance: None
-    for whole matrices.
+    measures: `unknowns`, of both kinds of currents in pmchwt and ibc, `triangles` and `box` (m) of the mesh; planes:
+    number of mirror planes: a matrix of N unknowns falls into G = 2^planes parities of N / G; tolerance: None for whole
+    matrices.
     """
     megabytes, seconds = at_one_frequency(measures, planes, sweep, formulation, precision, tolerance)
     return int(megabytes), len(sweep.frequency) * (START_SECONDS + sum(seconds.values()))

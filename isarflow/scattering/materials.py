@@ -1,4 +1,4 @@
-"""Materials: the impedance of a thin sheet, and where a sheet is no longer one; the permittivity of a solid body.
+"""Materials: impedances of thin sheets and of opaque bodies, and where they hold; the permittivity of a solid body.
 
 A material is a mapping, as a target of the config has it, of one of these forms, in SI units:
 
@@ -6,8 +6,13 @@ A material is a mapping, as a target of the config has it, of one of these forms
     conductivity, thickness              Z = 1 / (sigma t), a film thinner than its skin depth
     permittivity, loss_tangent, thickness    Z = 1 / (j omega eps_0 (eps_r - 1) t), eps_r = eps' (1 - j tan delta)
     permittivity, loss_tangent           a solid body of eps_r, which the mesh bounds (see `mom.dielectric`)
+    permittivity, loss_tangent, surface: leontovich             the same, but opaque: of the surface impedance
+                                         Z = eta / sqrt(eps_r)  (see `mom.opaque`)
+    permittivity, loss_tangent, thickness, backing: metal       a coating on metal, whose face the mesh is:
+                                         Z = eta / sqrt(eps_r) tanh(j k sqrt(eps_r) t)
 
-(Harrington, Mautz, IEEE Trans. AP-23, 1975), with exp(+j omega t).
+(Harrington, Mautz, IEEE Trans. AP-23, 1975; of surfaces Senior, Volakis, Approximate Boundary Conditions in
+Electromagnetics, 1995), with exp(+j omega t).
 """
 
 import numpy as np
@@ -16,7 +21,14 @@ from isarflow.core.sweep import C0
 
 ETA = 376.730313668  # impedance of vacuum, ohm (CODATA 2018)
 SOLID = ("permittivity", "loss_tangent")
-FORMS = ("resistance",), ("conductivity", "thickness"), (*SOLID, "thickness"), SOLID
+FORMS = (
+    ("resistance",),
+    ("conductivity", "thickness"),
+    (*SOLID, "thickness"),
+    SOLID,
+    (*SOLID, "surface"),
+    (*SOLID, "thickness", "backing"),
+)
 UNITS = {
     "resistance": " ohm a square",
     "conductivity": " S/m",
@@ -28,6 +40,12 @@ UNITS = {
 # 4, reflects and transmits within 1.4 to 2.4 % of the incident field as its sheet at normal incidence; at 60 degrees,
 # where the wave polarizes it across, within 18 %.
 THICKEST = 1 / 10
+# Least refractive index of an opaque body, and largest thickness of a coating, in wavelengths in it, over its eps_r. At
+# both, spheres of a radius of 0.5 to 2 wavelengths are off by about 5 % of their largest backscatter.
+LEAST_INDEX = 2.5
+MOST_COATING = 1 / 120
+SKIN_DEPTHS = 3  # of an opaque body's thickness, at least
+METAL = {"resistance": 0.0}
 NEARLY_METAL = 0.01  # of the impedance of vacuum: a half space of such a conductor reflects all but 0.2 dB
 
 
@@ -41,14 +59,35 @@ def impedance(material, frequency):
     return ETA / (1j * wavenumber * (permittivity(material) - 1) * material["thickness"])
 
 
+def surface_impedance(material, frequency):
+    """Return the impedance of an opaque body's surface, or of coated metal, in ohm; as `impedance`."""
+    root = np.sqrt(permittivity(material))
+    if "surface" in material:
+        return np.full(np.shape(frequency), ETA / root)
+    return ETA / root * np.tanh(2j * np.pi * np.asarray(frequency, float) / C0 * root * material["thickness"])
+
+
+def of_parts(settings):
+    """Return the materials of a target's settings by its parts' names, or of '' alone."""
+    return {name: own.get("material", METAL) for name, own in settings.get("parts", {"": settings}).items()}
+
+
 def equation(settings):
-    """Return the name of the integral equation of a target's settings: pmchwt of a solid body, or its `formulation`."""
-    return "pmchwt" if is_solid(settings.get("material", {})) else settings.get("formulation")
+    """Return the integral equation of a target's settings: pmchwt of a solid body, ibc of opaque ones, or stated."""
+    made_of = of_parts(settings).values()
+    if any(map(is_solid, made_of)):
+        return "pmchwt"
+    return "ibc" if any(map(is_opaque, made_of)) else settings.get("formulation")
 
 
 def is_solid(material):
-    """Tell whether a material is that of a solid body: a dielectric without a wall's thickness."""
-    return "permittivity" in material and "thickness" not in material
+    """Tell whether a material is that of a solid body: a dielectric without a wall's thickness, which is not opaque."""
+    return "permittivity" in material and "thickness" not in material and not is_opaque(material)
+
+
+def is_opaque(material):
+    """Tell whether a material is of a surface impedance: an opaque body, or a coating on metal."""
+    return "surface" in material or "backing" in material
 
 
 def permittivity(material):
@@ -61,14 +100,24 @@ def index(material):
     return float(abs(np.sqrt(permittivity(material))))
 
 
+def skin_depth(material, frequency):
+    """Return in metres how far into a dielectric a wave falls to 1 / e."""
+    return C0 / (2 * np.pi * frequency * max(-np.sqrt(permittivity(material)).imag, 1e-12))
+
+
 def described(material):
-    """Describe a material: 'abs (permittivity 2.7, loss tangent 0.008, thickness 0.0015 m)'."""
+    """Describe a material: 'a sheet of abs (permittivity 2.7, loss tangent 0.008, thickness 0.0015 m)'."""
+    kinds = {"opaque": "surface" in material, "metal coated with": "backing" in material, "solid": is_solid(material)}
+    kind = next((kind for kind, holds in kinds.items() if holds), "a sheet of")
     numbers = ", ".join(f"{key.replace('_', ' ')} {material[key]:g}{UNITS[key]}" for key in UNITS if key in material)
-    return f"{material['name']} ({numbers})" if "name" in material else numbers
+    return f"{kind} {material['name']} ({numbers})" if "name" in material else f"{kind} {numbers}"
 
 
-def why_no_sheet(material, frequency):
-    """Say in one sentence why a material is too thick for a sheet at a frequency in Hz; None if it is not."""
+def why_not(material, frequency):
+    """Say, after the key, why a material is no sheet, coating or opaque body at a frequency in Hz; None if it is."""
+    if "surface" in material and index(material) < LEAST_INDEX:
+        least = f"an opaque body of leontovich has {LEAST_INDEX:g} or more"
+        return f".surface': {least}, and here the refractive index is {index(material):.3g}; leave it out."
     if "thickness" not in material:
         return None
     wavelength, solid = C0 / frequency, "so thick a wall is not solved"
@@ -82,8 +131,11 @@ def why_no_sheet(material, frequency):
     else:
         inside = wavelength / index(material)
         limits = [(THICKEST * inside, "a tenth of the wavelength in it", solid)]
+        if "backing" in material:
+            most = MOST_COATING * index(material) ** 2 * inside
+            limits.append((most, "a thin coating of this permittivity has", "so thick a coating is not solved"))
     most, what, instead = min(limits)
     if material["thickness"] <= most:
         return None
     limit = f"{what} at {frequency / 1e9:g} GHz, {1000 * most:.3g} mm"
-    return f"{1000 * material['thickness']:.3g} mm is more than {limit}; {instead}."
+    return f".thickness': {1000 * material['thickness']:.3g} mm is more than {limit}; {instead}."

@@ -45,8 +45,8 @@ def mesh_of(config, target):
 
 
 def currents(scattering):
-    """Return the kinds of currents of a target's settings: electric ones, and magnetic ones of a solid body."""
-    return 2 if equation(scattering) == "pmchwt" else 1
+    """Return the kinds of currents of a target's settings: electric ones, and magnetic ones of a body of a material."""
+    return 2 if equation(scattering) in ("pmchwt", "ibc") else 1
 
 
 def precision(config):
@@ -101,8 +101,8 @@ def unknowns_that_fit(megabytes, most, box, planes, sweep, scattering):
 def expected(config, name, size):
     """`unknowns`, `megabytes` and `seconds` that each band's solve of a target will need here, lowest band first.
 
-    Also its `functions`: as many as unknowns, or half in a solid body, where each is there for both kinds of currents.
-    Seconds are for this machine: the solver's plan times the result of `machine`.
+    Also its `functions`: as many as unknowns, or half in a body of a material, where each is there for both kinds of
+    currents. Seconds are for this machine: the solver's plan times the result of `machine`.
     size: `area` in m^2 and `box` in m of the target's CAD file.
     """
     planes, scattering = _planes(config, name), method(config, name)

@@ -16,7 +16,7 @@ from isarflow.mesh import topology
 from isarflow.scattering import checks, needs
 from isarflow.scattering.costs import COLUMNS, planned
 from isarflow.scattering.directions import middle_of, rings, sample, skeletons
-from isarflow.scattering.mom import dielectric
+from isarflow.scattering.mom import dielectric, opaque
 from isarflow.scattering.mom.assembly import Entries, assemble
 from isarflow.scattering.mom.basis import AXES, fundamental_domain, rwg
 from isarflow.scattering.mom.cross import fill
@@ -28,8 +28,8 @@ from isarflow.scattering.mom.operators import cfie, efie
 from isarflow.scattering.solver import Solution
 from isarflow.scattering.threads import Pool, blas_of_one_thread
 
-OPERATORS = {"efie": efie, "cfie": cfie, "pmchwt": dielectric}
-FORMULATIONS = "efie", "cfie"  # the equation of a dielectric body follows from its permittivity
+OPERATORS = {"efie": efie, "cfie": cfie, "pmchwt": dielectric, "ibc": opaque}
+FORMULATIONS = "efie", "cfie"  # a body's equation follows from its permittivity or surface impedance
 DTYPES = {"single": np.complex64, "double": np.complex128}
 # Above it (or RESIDUAL_FACTOR) the solution is refined, and refused if the residual stays too large.
 MAX_RESIDUAL = 1e-3
@@ -60,8 +60,9 @@ def solve(
     receivers: tuple = (),
     impedance: complex | Sequence[complex] | np.ndarray = 0.0,
     permittivity: complex | Sequence[complex] | np.ndarray | None = None,
+    surface_impedance: complex | Sequence[complex] | np.ndarray = 0.0,
 ) -> Solution:
-    """Solve a mesh for its scattering amplitude f: a perfect conductor, a thin sheet, or both in one, or a solid body.
+    """Solve a mesh for its scattering amplitude f: of metal, thin sheets and opaque bodies, or of a solid body.
 
     The radar cross-section is 4 pi abs(f)^2; see `farfield` for signs and references.
 
@@ -85,6 +86,7 @@ def solve(
             0 is a perfect conductor
         permittivity: of a solid dielectric body that the mesh bounds, relative, one or (F,), of a negative imaginary
             part where there are losses; edges of a tenth of the wavelength in it (see `dielectric`); None for none
+        surface_impedance: of closed opaque bodies and coated metal, E_tan = Z n x H, ohm; as `impedance` (see `opaque`)
 
     Returns:
         A `Solution`, whose field is complex, in m: (P, F, E, A), or (P, F, D) of directions one by one, with receivers
@@ -112,20 +114,27 @@ def solve(
     check_words("symmetry", symmetry, AXES)
     vertices, triangles = checks.checked_mesh(vertices, triangles)
     shape, index = (len(sweep.frequency), len(triangles)), 1.0
-    materials, solid = checks.checked_impedance(impedance, shape, formulation), permittivity is not None
+    materials, solid = checks.checked_impedance("impedance", impedance, shape, formulation), permittivity is not None
+    surfaces = checks.checked_impedance("surface_impedance", surface_impedance, shape, formulation)
     kinds: tuple[type, type] = (Entries, Excitation)
-    if solid:
+    has_both = None  # triangles that have magnetic currents, too
+    if surfaces.any():
+        has_both = checks.opaque(vertices, triangles, materials, surfaces, permittivity)
+        formulation, kinds = "ibc", (opaque.Entries, dielectric.Excitation)
+        materials = np.stack([materials, surfaces], axis=1)
+    elif solid:
         materials = checks.checked_permittivity(permittivity, shape[0], impedance, formulation)
         formulation, kinds = "pmchwt", (dielectric.Entries, dielectric.Excitation)
-        index = max(1.0, abs(materials).max() ** 0.5)
+        index, has_both = max(1.0, abs(materials).max() ** 0.5), np.ones(len(triangles), bool)
     checks.check_tolerance(tolerance, formulation, precision)
     operator, dtype = OPERATORS[formulation], DTYPES[precision]
-    if formulation in topology.CLOSED:
+    if formulation in topology.CLOSED and formulation != "ibc":
         topology.check_closed(vertices, triangles, formulation)
-    surface = fundamental_domain(vertices, triangles, symmetry, None if solid else materials)
-    if not solid:
-        materials = materials[:, surface.numbers]
-    bases = dielectric.bases(surface) if solid else [rwg(surface, parity) for parity in surface.parities]
+    surface = fundamental_domain(vertices, triangles, symmetry, None if solid else materials.reshape(-1, shape[1]))
+    materials = materials if solid else materials[..., surface.numbers]
+    bases = [rwg(surface, parity) for parity in surface.parities]
+    if has_both is not None:
+        bases = dielectric.bases(surface, has_both[surface.numbers])
     unknowns = sum(map(len, bases))
     if unknowns == 0:
         touching = "Triangles that touch share vertices."
@@ -141,10 +150,8 @@ def solve(
     with blas_of_one_thread:  # also between pools: the bits are the same whatever else the process does
         near, excitation = operator.near_terms(surface), kinds[1](surface, bases, dtype)
         directions = (_Bistatic if sweep.receivers else _Monostatic)(surface, middle, sweep, operator)
-
-        count = len(sweep.frequency)
-        field = np.empty((len(polarizations), count, *directions.shape), np.complex128)
-        residual, seconds = np.zeros(count), np.zeros((len(PARTS), count))
+        field = np.empty((len(polarizations), shape[0], *directions.shape), np.complex128)
+        residual, seconds = np.zeros(shape[0]), np.zeros((len(PARTS), shape[0]))
         for n, frequency in enumerate(sweep.frequency):
             k = 2 * np.pi * frequency / C0
             times = [time.perf_counter()]

@@ -39,7 +39,7 @@ class FieldSolver:
     sheets: whether it solves targets that are thin sheets of a `material`, which is then among the settings (see
     `materials`), and of several parts, if one is not metal: the settings then have `parts`, {name: {material: ...} or
     {}}, and `solve` gets `part` by keyword, (T,), each triangle's number of a part in their order. solids: whether it
-    solves solid bodies of a `material`.
+    solves bodies of a `material`: solid ones, and opaque ones and coated metal by their surface impedance.
     """
 
     sheets = False

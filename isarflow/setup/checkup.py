@@ -49,7 +49,7 @@ def brief(name, lines):
 def check_formulation(config, name, source):
     """Raise InputError if a target's Source does not suit the equation that it is to be solved with."""
     equation = materials.equation(needs.method(config, name))
-    if equation in topology.CLOSED:
+    if equation in topology.CLOSED and source.part is None:  # of several parts some may be sheets
         topology.check_closed(source.vertices, source.triangles, equation)
 
 

@@ -6,7 +6,7 @@ from isarflow.core.kinds import SOLVERS, kind
 from isarflow.core.sweep import frequencies
 from isarflow.core.words import near
 from isarflow.scattering import needs
-from isarflow.scattering.materials import FORMS, is_solid, why_no_sheet
+from isarflow.scattering.materials import FORMS, is_opaque, is_solid, why_not
 from isarflow.setup.schema import check_schema, schema
 
 CATALOGUE = ROOT / "config" / "materials.yaml"
@@ -59,18 +59,20 @@ def problems(config):
     solver = config["scattering"]["solver"]
     for name, key, material in _of_all(config["targets"]):
         is_metal, body = material.get("resistance") == 0, is_solid(material)  # metal is what all solve
+        is_body = body or is_opaque(material)
         if body and "parts" in config["targets"][name]:
             alone = "a solid body is a target of its own, with 'mesh' and 'material' in place of 'parts'"
             yield f"'{key}.thickness' is missing: {alone}."
             continue
-        if not is_metal and not (stated := kind(SOLVERS, solver).stated).get("solids" if body else "sheets", False):
+        if not is_metal and not (stated := kind(SOLVERS, solver).stated).get("solids" if is_body else "sheets", False):
             alone = "thin sheets" if stated.get("sheets", False) else "perfect conductors"
             yield f"'{key}': the solver '{solver}' has {alone} alone; take mom, or leave it out."
         if not (is_metal or body) and needs.method(config, name).get("formulation") == "cfie":
-            yield f"'{key}': sheets are solved by 'formulation: efie' alone; write it for this target, or leave it out."
+            what = "surface impedances" if is_body else "sheets"
+            yield f"'{key}': {what} are solved by 'formulation: efie' alone; write it for this target, or leave it out."
         yield from _of_form(key, material)
-        if why := why_no_sheet(material, frequencies(config["radar"])[-1]):
-            yield f"'{key}.thickness': {why}"
+        if why := why_not(material, frequencies(config["radar"])[-1]):
+            yield f"'{key}{why}"
 
 
 def _of_form(key, material):

@@ -10,7 +10,7 @@ from scipy.special import spherical_jn, spherical_yn
 
 from isarflow.scattering.sphere import backscatter, coefficients, icosphere, orders, to_source
 
-__all__ = ["backscatter", "bistatic", "icosphere", "layer", "sheet", "solid", "to_source"]
+__all__ = ["backscatter", "bistatic", "coated", "icosphere", "layer", "opaque", "sheet", "solid", "to_source"]
 
 
 def sheet(x, impedance, core=None):
@@ -76,6 +76,23 @@ def solid(x, permittivity):
     inside, d_inside = index * x * j, j + index * x * spherical_jn(n, index * x, True)
     a = (index * inside * d_psi - psi * d_inside) / (index * inside * d_zeta - zeta * d_inside)
     return n, a, (inside * d_psi - index * psi * d_inside) / (inside * d_zeta - index * zeta * d_inside)
+
+
+def opaque(x, impedance):
+    """`coefficients` of a sphere of size x on which E_tan = Z n x H; impedance: Z, divided by that of vacuum.
+
+    With u = psi - a zeta of an electric wave u' = j Z u, and of a magnetic one u = -j Z u': the limits of `solid` where
+    what enters does not come back, with Z = 1 / m.
+    """
+    n = orders(x)
+    psi, d_psi, chi, d_chi = _riccati(n, x)
+    zeta, d_zeta, turned = psi - 1j * chi, d_psi - 1j * d_chi, 1j * impedance
+    return n, (d_psi - turned * psi) / (d_zeta - turned * zeta), (psi + turned * d_psi) / (zeta + turned * d_zeta)
+
+
+def coated(x, permittivity, thickness):
+    """`coefficients` of a metal sphere with a dielectric coating, of size x with it; thickness: times k."""
+    return layer(x - thickness / 2, permittivity, thickness, core=x - thickness)
 
 
 def _riccati(n, x):

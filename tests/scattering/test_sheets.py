@@ -17,7 +17,7 @@ from isarflow.core.store import open_store
 from isarflow.core.sweep import Sweep
 from isarflow.mesh.io import write_ply
 from isarflow.scattering.band import solve_band
-from isarflow.scattering.materials import ETA, impedance, why_no_sheet
+from isarflow.scattering.materials import ETA, impedance, why_not
 from isarflow.scattering.mom.assembly import Entries
 from isarflow.scattering.mom.basis import fundamental_domain, rwg
 from isarflow.scattering.mom.operators import efie
@@ -91,9 +91,9 @@ def test_a_material_s_impedance_is_in_its_frequencies():
     ],
 )
 def test_what_is_too_thick_for_a_sheet_is_said(material, said):
-    assert re.search(said, why_no_sheet(material, FREQUENCY))
-    assert why_no_sheet(material | {"thickness": material["thickness"] / 4}, FREQUENCY) is None
-    assert why_no_sheet({"resistance": 10.0}, FREQUENCY) is None
+    assert re.search(said, why_not(material, FREQUENCY))
+    assert why_not(material | {"thickness": material["thickness"] / 4}, FREQUENCY) is None
+    assert why_not({"resistance": 10.0}, FREQUENCY) is None
 
 
 def test_a_target_s_material_reaches_its_field_and_its_store(tmp_path):

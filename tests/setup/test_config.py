@@ -90,6 +90,12 @@ def test_every_named_material_is_a_sheet(name):
     assert "" in [refusal(load_config, of_material(material)) for material in tried]
 
 
+@pytest.mark.parametrize("name", ["muscle", "skin", "water"])
+def test_tissues_may_be_opaque(name):
+    material = load(of_material({"name": name, "surface": "leontovich"}))["targets"]["a"]["material"]
+    assert material["permittivity"] > 30 and material["surface"] == "leontovich"
+
+
 def test_exponents_without_a_sign_are_numbers():
     assert load_config()["radar"]["center_frequency"] == 2.775e9
     assert load_config({"radar": {"bandwidth": "1e9"}})["radar"]["bandwidth"] == 1e9
@@ -278,6 +284,26 @@ BAD = {
         {"scattering": {"solver": "po"}, **of_material({"resistance": 377})},
         "targets.a.material",
         "the solver 'po' has perfect conductors alone",
+    ),
+    "a coating by cfie": (
+        {"scattering": {"formulation": "cfie"}, **of_material({"name": "skin", "thickness": 1e-4, "backing": "metal"})},
+        "targets.a.material",
+        "surface impedances are solved by 'formulation: efie' alone",
+    ),
+    "an opaque body of low contrast": (
+        of_material({"name": "abs", "surface": "leontovich"}),
+        "targets.a.material.surface",
+        "has 2.5 or more, and here the refractive index is 1.64",
+    ),
+    "a thick coating": (
+        of_material({"name": "abs", "thickness": 0.0015, "backing": "metal"}),
+        "targets.a.material.thickness",
+        "1.5 mm is more than a thin coating of this permittivity has at",
+    ),
+    "a coating of nothing": (
+        of_material({"resistance": 5, "backing": "metal"}),
+        "targets.a.material.backing",
+        "a material with resistance has none",
     ),
     "name that is a date": ({"name": datetime.date(2024, 1, 1)}, "'name'", "2024-01-01 (to YAML a date; in quotes"),
     "name that is true": ({"targets": {True: KNOWN}}, "targets.True", "true is not text; put it in quotes"),

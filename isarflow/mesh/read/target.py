@@ -73,10 +73,15 @@ def is_metal(part):
     return part.get("material", {"resistance": 0}).get("resistance") == 0
 
 
+def hides(part):
+    """Tell whether a part of a target hides what lies in it: metal, also with a coating, and opaque bodies."""
+    return is_metal(part) or not {"surface", "backing"}.isdisjoint(part["material"])
+
+
 def meshed(parts):
-    """The `parts` of a target without what a mesh does not depend on: numbers of materials, but not which is metal."""
+    """The `parts` of a target without what a mesh does not depend on: numbers of materials, but not which are sheets."""
     return {
-        name: {key: part[key] for key in ("mesh",) if key in part} | ({} if is_metal(part) else {"material": {}})
+        name: {key: part[key] for key in ("mesh",) if key in part} | ({} if hides(part) else {"material": {}})
         for name, part in parts.items()
     }
 

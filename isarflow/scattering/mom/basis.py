@@ -126,12 +126,12 @@ def _images(upper, lower, plane):
     return found[0][1]
 
 
-def rwg(surface, parity):
-    """The Basis of one parity; `parity` is (G,), a row of `surface.parities`."""
+def rwg(surface, parity, chosen=None):
+    """The Basis of one parity, (G,), a row of `surface.parities`; chosen: (T,), its triangles, or None for all."""
     count = len(surface.vertices)
     # The reflections in one plane alone are numbers 1, 2 and 4 of the group, the last axis first.
     negative = [axis for place, axis in enumerate(reversed(surface.axes)) if parity[2**place] < 0]
-    alive, single = np.ones(count, bool), np.zeros((count, 3), bool)
+    alive, single = np.ones(count, bool) if chosen is None else chosen.copy(), np.zeros((count, 3), bool)
     for axis in negative:
         on_plane = surface.vertices[:, :, axis] == 0
         # A triangle that lies in a plane of negative parity is its own image and cancels.

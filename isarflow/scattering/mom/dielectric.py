@@ -44,11 +44,14 @@ TERMS = 14  # of the series of `_smooth_gradient`
 EDGE_POINTS = 27
 
 
-def bases(surface):
-    """Return a Basis for each of a Surface's parities: half functions 6 t + i of J, and 6 t + 3 + i of M."""
+def bases(surface, chosen=None):
+    """Return a Basis for each of a Surface's parities: half functions 6 t + i of J, and 6 t + 3 + i of M.
+
+    chosen: True for the triangles that have M, (T,), or None for all.
+    """
     result = []
     for characters in _characters(surface).swapaxes(0, 1):
-        kinds = [rwg(surface, parity) for parity in characters]
+        kinds = [rwg(surface, parity, where) for parity, where in zip(characters, (None, chosen), strict=True)]
         halves = np.concatenate([kind.halves // 3 * 6 + kind.halves % 3 + 3 * n for n, kind in enumerate(kinds)])
         order = np.argsort(halves.min(1), kind="stable")
         result.append(Basis(halves[order], np.concatenate([kind.signs for kind in kinds])[order], 6))
@@ -76,21 +79,21 @@ class Entries(assembly.Entries):
     """`assembly.Entries` of a dielectric body; material: its complex permittivity relative to the medium outside."""
 
     def __init__(self, operator, surface, bases, wavenumber, near, dtype, threads=1, material=1.0):
-        inside = wavenumber * np.sqrt(complex(material))
-        self.wavenumbers, self.permittivities = (complex(wavenumber), inside), (1.0, complex(material))
+        self.of_media = self._media(wavenumber, material)
         super().__init__(operator, surface, bases, wavenumber, near, dtype, threads, material)
-        media = [
-            (k.real / (2 * np.pi), k.real, -k.imag, *_parts(4 / k**2), *_parts(eps))
-            for k, eps in zip(self.wavenumbers, self.permittivities, strict=True)
-        ]
+        media = [(k.real / (2 * np.pi), k.real, -k.imag, *_parts(4 / k**2), *_parts(eps)) for k, eps in self.of_media]
         self.media, self.characters = np.array(media, self.real), _characters(surface).astype(self.real)
         outside = assembly.TINY_METRES**2, 1 / 2, 1, 4 / wavenumber**2, 1 / wavenumber
         self.constants = np.array(outside, self.real)
 
+    def _media(self, wavenumber, material):
+        """Wavenumber and relative permittivity of each medium."""
+        return (complex(wavenumber), 1.0), (wavenumber * np.sqrt(complex(material)), complex(material))
+
     def _near(self, threads):
         scalar = np.result_type(self.real, np.complex64).type
         electric, magnetic, kappa = 0, 0, 0
-        for k, eps in zip(self.wavenumbers, self.permittivities, strict=True):
+        for k, eps in self.of_media:
             z = efie.corrections(self.near, self.surface, scalar(k), self.real, threads, (_smooth, _whole))
             electric = _sum(electric, z, 1)
             magnetic = _sum(magnetic, z, -eps)

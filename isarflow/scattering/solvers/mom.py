@@ -10,8 +10,6 @@ from isarflow.scattering.costs import at_one_frequency, chosen_tolerance, planne
 from isarflow.scattering.needs import currents
 from isarflow.scattering.solver import FieldSolver
 
-METAL = {"resistance": 0.0}
-
 
 class Solver(FieldSolver):
     name = "method of moments"
@@ -35,7 +33,7 @@ class Solver(FieldSolver):
 
     def __init__(self, settings):
         super().__init__({key: value for key, value in settings.items() if key not in ("material", "parts")})
-        self.materials = [own.get("material", METAL) for own in settings.get("parts", {"": settings}).values()]
+        self.materials = materials.of_parts(settings)
         self.currents = currents(settings)
         self.settings["formulation"] = materials.equation(settings)
 
@@ -68,13 +66,32 @@ class Solver(FieldSolver):
 
         arguments = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations, symmetry
         options = settings | {"paired": sweep.paired, "receivers": sweep.receivers, "threads": threads}
-        if materials.is_solid(self.materials[0]):  # which stands alone
-            options |= {"formulation": "efie", "permittivity": materials.permittivity(self.materials[0])}
-        else:
-            of_materials = np.stack([materials.impedance(one, sweep.frequency) for one in self.materials], axis=1)
-            options["impedance"] = of_materials[:, 0 if part is None else part]
+        if settings["formulation"] in ("pmchwt", "ibc"):  # follow from what a body is of
+            options["formulation"] = "efie"
+        options |= self._of_materials(vertices, triangles, sweep.frequency, part)
         solution = solve(vertices, triangles, *arguments, progress=say, **options)
         return replace(solution, used={key: settings[key] for key in ("formulation", "tolerance")})
+
+    def _of_materials(self, vertices, triangles, frequency, part):
+        """The arguments of `solve` that say what the triangles are made of; part: (T,), or None of one material."""
+        from isarflow.scattering.checks import check_depth
+
+        names, kinds = list(self.materials), list(self.materials.values())
+        if materials.is_solid(kinds[0]):  # which stands alone
+            return {"permittivity": materials.permittivity(kinds[0])}
+        part = np.zeros(len(triangles), int) if part is None else part
+        is_opaque = np.array([materials.is_opaque(kind) for kind in kinds])
+        sheets, surfaces = (np.zeros((len(frequency), len(kinds)), complex) for _ in range(2))
+        for n, kind in enumerate(kinds):
+            if is_opaque[n]:
+                surfaces[:, n] = materials.surface_impedance(kind, frequency)
+            else:
+                sheets[:, n] = materials.impedance(kind, frequency)
+        bounds = triangles[~sheets.any(0)[part]]
+        for n in [n for n, kind in enumerate(kinds) if "surface" in kind]:
+            least = materials.SKIN_DEPTHS * materials.skin_depth(kinds[n], frequency[0])
+            check_depth(names[n], vertices, triangles[part == n], bounds, least)
+        return {"impedance": sheets[:, part], "surface_impedance": surfaces[:, part]}
 
     def _of_system(self, measures):
         return {**measures, "unknowns": self.currents * measures["unknowns"]}
