@@ -11,8 +11,8 @@ from isarflow.mesh.shapes import ellipse, pair, place, revolve, sheet
 
 class Family(Generator):
     PARTS = {
-        "flesh": {"material": {"name": "muscle", "surface": "leontovich"}},
-        "feathers": {"material": {"name": "feather"}},
+        "flesh": {"material": {"permittivity": 52, "loss_tangent": 0.25, "surface": "leontovich"}},  # muscle at 3 GHz
+        "feathers": {"material": {"name": "feather", "thickness": 0.002}},
     }
     PARAMETERS = {
         "length": {"minimum": 0.34, "maximum": 0.5, "unit": "m", "description": "of the body"},
