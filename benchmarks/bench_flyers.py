@@ -1,7 +1,7 @@
-"""A plastic drone and a bird of flesh and feathers beside their metal twins: `make bench-flyers`.
+"""A plastic drone beside its metal twin: `make bench-flyers`.
 
-RCS and images of the first models of config/flyers.yaml, of the kept fields and of a run with all walls of metal. Writes
-bench-flyers.csv, a row for each target and polarization, and flyers.png.
+RCS and images of the first drone of config/flyers.yaml, of the kept field and of a run with all walls of metal. Writes
+bench-flyers.csv, a row for each polarization, and flyers.png.
 """
 
 from pathlib import Path
@@ -15,7 +15,7 @@ from isarflow.core.store import open_store
 from isarflow.learning.confidence import zncc
 
 RUNS = {"as it is": Path("results/flyers-fields"), "all metal": Path("results/flyers-twins")}
-TARGETS = {"drone_plastic_01": "drone", "bird_water_01": "bird"}
+TARGETS = {"drone_plastic_01": "drone"}
 NEAR_PEAK = 30  # dB below the twin's largest RCS: what lies lower is left out
 VIEW = {"elevation": 15, "azimuth": 30}  # degrees, of the images drawn
 DEPTH = 30  # dB that they show
@@ -47,7 +47,7 @@ def rows(target):
 
 
 def figure(path):
-    shape, axes = plt.subplots(len(TARGETS), 3, figsize=(13, 4.2 * len(TARGETS)), layout="constrained")
+    shape, axes = plt.subplots(len(TARGETS), 3, squeeze=False, figsize=(13, 4.2 * len(TARGETS)), layout="constrained")
     for (target, label), row in zip(TARGETS.items(), axes, strict=True):
         for colour, (name, root), axis in zip(("C0", "C3"), RUNS.items(), row[1:], strict=True):
             field = open_store(root / f"scattering/{target}.zarr").field.sel(polarization="VV")
