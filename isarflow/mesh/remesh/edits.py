@@ -8,6 +8,7 @@ from isarflow.mesh import topology
 from isarflow.mesh.progress import going
 
 TURN = np.cos(np.radians(40.0))  # no triangle may turn by more
+CREASE = np.cos(np.radians(topology.FEATURE_ANGLE))  # edges between faces that turn by more are features
 CAP = np.cos(np.radians(150.0))  # a triangle with a wider angle is almost a line
 GAIN = 1.0  # degrees by which a flip must widen the smallest angle
 SLIVER = 0.01  # wanted edges: the normal of a triangle less high is meaningless
@@ -217,12 +218,17 @@ def flip(vertices, triangles, wanted, deviation, axes=()):
         gap = np.abs((across * (vertices[c] - vertices[a])).sum(axis=1))
         gap /= np.maximum(np.linalg.norm(across, axis=1), topology.TINY)
         good = opposed & (c != d) & (gain > GAIN) & (gap <= deviation * wanted[a])
+        # A crease stays, and none comes to be.
+        sharp = [(one[0] * other[0]).sum(axis=1) < CREASE for one, other in (before, after)]
+        flat = gap <= SLIVER * wanted[a]
         for (normal, height, _), apex in zip(before, (c, d), strict=True):
             # The normal of a triangle whose apex is almost on the edge to be flipped is meaningless.
             start, stop = vertices[a] - vertices[apex], vertices[b] - vertices[apex]
             length = np.maximum(np.linalg.norm(start, axis=1) * np.linalg.norm(stop, axis=1), topology.TINY)
             cap = (height < SLIVER * wanted[a]) & ((start * stop).sum(axis=1) / length < CAP)
             good &= cap | np.all([(new[0] * normal).sum(axis=1) > TURN for new in after], axis=0)
+            flat |= height < SLIVER * wanted[a]
+        good &= flat | ~(sharp[0] | sharp[1])
         # An edge from c to d must not exist already.
         good &= ~np.isin(np.minimum(c, d).astype(np.int64) * size + np.maximum(c, d), keys)
         for axis in axes:  # no edge inside a half may lie in the mirror plane
