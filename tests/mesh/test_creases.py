@@ -6,7 +6,7 @@ from shapes_made import lofted, save
 
 from isarflow.core.sweep import C0
 from isarflow.mesh import topology
-from isarflow.mesh.build import build
+from isarflow.mesh.build import build_meshes
 from isarflow.mesh.ground import Ground, samples
 from isarflow.mesh.remesh.edits import flip
 
@@ -15,7 +15,7 @@ RADAR = {"center_frequency": 10 * C0, "bandwidth": 0.0, "frequencies": 1, "polar
 
 def meshed(path, shape):
     source, mesh = save(path / "shape.ply", *shape), {"edges_per_wavelength": 10, "bands": 1}
-    (made,), measures = build(source, {"unit": "m"}, mesh, RADAR)
+    (made,), measures = build_meshes(source, {"unit": "m"}, mesh, RADAR)
     return made, measures["bands"][0]
 
 
