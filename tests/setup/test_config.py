@@ -92,7 +92,7 @@ def test_every_named_material_is_a_sheet(name):
 
 @pytest.mark.parametrize("name", ["muscle", "skin", "water"])
 def test_tissues_may_be_opaque(name):
-    material = load(of_material({"name": name, "surface": "leontovich"}))["targets"]["a"]["material"]
+    material = load_config(of_material({"name": name, "surface": "leontovich"}))["targets"]["a"]["material"]
     assert material["permittivity"] > 30 and material["surface"] == "leontovich"
 
 

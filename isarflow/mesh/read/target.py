@@ -79,7 +79,7 @@ def hides(part):
 
 
 def meshed(parts):
-    """The `parts` of a target without what a mesh does not depend on: numbers of materials, but not which are sheets."""
+    """The `parts` of a target without what a mesh does not depend on: numbers of materials, not which are sheets."""
     return {
         name: {key: part[key] for key in ("mesh",) if key in part} | ({} if hides(part) else {"material": {}})
         for name, part in parts.items()
