@@ -14,7 +14,7 @@ from runner import options_of
 from isarflow.core.store import open_store
 from isarflow.learning.confidence import zncc
 
-RUNS = {"as it is": Path("results/flyers-fields"), "all metal": Path("results/flyers-twins")}
+RUNS = {"of plastic": Path("results/flyers-fields"), "all metal": Path("results/flyers-twins")}
 TARGETS = {"drone_plastic_01": "drone"}
 NEAR_PEAK = 30  # dB below the twin's largest RCS: what lies lower is left out
 VIEW = {"elevation": 15, "azimuth": 30}  # degrees, of the images drawn
