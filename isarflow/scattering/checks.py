@@ -56,7 +56,7 @@ def checked_impedance(name, impedance, shape, formulation):
     if array.real.min() < 0:
         raise InputError(f"'{name}': {array.real.min():g} ohm; what takes power has a real part of 0 or more.")
     if formulation != "efie" and array.any():
-        raise InputError("'impedance': sheets are solved by 'formulation' efie alone.")
+        raise InputError(f"'{name}' is solved by 'formulation' efie alone.")
     array = array.astype(complex)
     return np.broadcast_to(array[:, None] if array.ndim == 1 else array, shape)
 
@@ -90,7 +90,7 @@ def check_depth(part, vertices, triangles, bounds, least):
     if thin > THIN_SHARE:
         raise InputError(
             f"{f'part {part!r}: ' if part else ''}on {100 * thin:.0f} % of its area the opaque body is less than three "
-            f"skin depths ({1000 * least:.3g} mm) thick, and waves pass it; leave 'surface' out for a solid body."
+            f"skin depths ({1000 * least:.3g} mm) thick, and waves pass it."
         )
 
 

@@ -40,10 +40,11 @@ UNITS = {
 # 4, reflects and transmits within 1.4 to 2.4 % of the incident field as its sheet at normal incidence; at 60 degrees,
 # where the wave polarizes it across, within 18 %.
 THICKEST = 1 / 10
-# Least refractive index of an opaque body, and largest thickness of a coating, in wavelengths in it, over its eps_r. At
-# both, spheres of a radius of 0.5 to 2 wavelengths are off by about 5 % of their largest backscatter.
+# Least refractive index of an opaque body, and largest thickness of a coating in wavelengths, over its refractive index
+# and by itself. There spheres of a radius of 0.5 to 2 wavelengths are off by 5 % of their largest backscatter at most.
 LEAST_INDEX = 2.5
-MOST_COATING = 1 / 120
+MOST_COATING = 1 / 125
+THICKEST_COATING = 1 / 52
 SKIN_DEPTHS = 3  # of an opaque body's thickness, at least
 METAL = {"resistance": 0.0}
 NEARLY_METAL = 0.01  # of the impedance of vacuum: a half space of such a conductor reflects all but 0.2 dB
@@ -132,7 +133,7 @@ def why_not(material, frequency):
         inside = wavelength / index(material)
         limits = [(THICKEST * inside, "a tenth of the wavelength in it", solid)]
         if "backing" in material:
-            most = MOST_COATING * index(material) ** 2 * inside
+            most = min(MOST_COATING * index(material), THICKEST_COATING) * wavelength
             limits.append((most, "a thin coating of this permittivity has", "so thick a coating is not solved"))
     most, what, instead = min(limits)
     if material["thickness"] <= most:
