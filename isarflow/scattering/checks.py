@@ -9,12 +9,13 @@ from numbers import Real
 
 import numpy as np
 
-from isarflow.core.errors import InputError
+from isarflow.core.errors import InputError, refusal
 from isarflow.core.sweep import C0
 from isarflow.core.words import check_words, number
 from isarflow.mesh import topology
 from isarflow.mesh.measures import ideal_unknowns
 from isarflow.mesh.read.target import LARGEST, SMALLEST
+from isarflow.scattering.materials import SKIN_DEPTHS, is_opaque, skin_depth
 
 WAYS = "VV", "VH", "HV", "HH"
 HIGHEST_ELEVATION = 90 + 1e-6  # degrees of elevation, with the rounding of angles in steps
@@ -78,10 +79,29 @@ def opaque(vertices, triangles, sheets, surfaces, permittivity):
     return is_opaque
 
 
-def check_depth(part, vertices, triangles, bounds, least):
+def check_bodies(vertices, triangles, part, made_of, frequency):
+    """Raise InputError unless opaque bodies are closed, by themselves or with metal, and thick at `frequency` in Hz.
+
+    part: (T,), the number of each triangle's part in the order of `made_of`, the materials by the parts' names.
+    """
+    kinds = list(made_of.values())
+    bounds = triangles[np.array([is_opaque(kind) or kind.get("resistance") == 0 for kind in kinds])[part]]
+    for number_of, (name, kind) in enumerate(made_of.items()):
+        if not is_opaque(kind):
+            continue
+        own, said = triangles[part == number_of], f"part '{name}': " if name else ""
+        if refusal(topology.check_closed, vertices, own, "ibc") and (
+            why := refusal(topology.check_closed, vertices, bounds, "ibc")
+        ):
+            raise InputError(f"{said}{why}")
+        if "surface" in kind:
+            _check_depth(said, vertices, own, bounds, SKIN_DEPTHS * skin_depth(kind, frequency))
+
+
+def _check_depth(said, vertices, triangles, bounds, least):
     """Raise InputError if an opaque body is less than `least` m thick under more than THIN_SHARE of its triangles.
 
-    part: its name; bounds: all triangles (T, 3) that bound the body, outwards.
+    said: what a message begins with; bounds: all triangles (T, 3) that bound the body, outwards.
     """
     area, corners = np.cumsum(topology.areas(vertices, triangles)), vertices[triangles]
     places = np.searchsorted(area, area[-1] * (np.arange(PROBES) + 0.5) / PROBES)
@@ -89,7 +109,7 @@ def check_depth(part, vertices, triangles, bounds, least):
     thin = np.mean([topology.winding_number(probe, vertices, bounds) < 1 / 2 for probe in probes])
     if thin > THIN_SHARE:
         raise InputError(
-            f"{f'part {part!r}: ' if part else ''}on {100 * thin:.0f} % of its area the opaque body is less than three "
+            f"{said}on {100 * thin:.0f} % of its area the opaque body is less than three "
             f"skin depths ({1000 * least:.3g} mm) thick, and waves pass it."
         )
 

@@ -11,6 +11,7 @@ from isarflow.mesh.ground import Ground, from_mirror_image
 from isarflow.mesh.read.target import UNITS, cad_of, files_of, read_target, states_unit
 from isarflow.mesh.resolution import wanted_edges
 from isarflow.scattering import materials, needs
+from isarflow.scattering.checks import check_bodies
 
 SAMPLED = 2000  # triangles at which the thickness and the gaps between walls are measured
 GIGA = 1000  # MB
@@ -48,9 +49,13 @@ def brief(name, lines):
 
 def check_formulation(config, name, source):
     """Raise InputError if a target's Source does not suit the equation that it is to be solved with."""
-    equation = materials.equation(needs.method(config, name))
-    if equation in topology.CLOSED and source.part is None:  # of several parts some may be sheets
-        topology.check_closed(source.vertices, source.triangles, equation)
+    scattering = needs.method(config, name)
+    surface, equation = (source.vertices, source.triangles), materials.equation(scattering)
+    if equation == "ibc":  # of several parts some may be sheets
+        part = np.zeros(len(surface[1]), int) if source.part is None else source.part
+        check_bodies(*surface, part, materials.of_parts(scattering), frequencies(config["radar"])[0])
+    elif equation in topology.CLOSED:
+        topology.check_closed(*surface, equation)
 
 
 def swept(config):

@@ -83,6 +83,8 @@ def _of_form(key, material):
         has = " and ".join(number for number in form if number in said)
         yield f"'{key}.{more}': a material with {has} has none; leave it out."
     for missing in (number for number in form if number not in said):
-        forms = f"{', or '.join('{' + ', '.join(form) + '}' for form in FORMS)} for a solid body"
-        film = "that of the film, in metres; leave 'material' out for solid metal"
-        yield f"'{key}.{missing}' is missing: {film if missing == 'thickness' else f'a material has {forms}'}."
+        why = f"a material has {', or '.join('{' + ', '.join(form) + '}' for form in FORMS)}"
+        if missing == "thickness":
+            film = "; leave 'material' out for solid metal" if "conductivity" in said else ""
+            why = f"that of the {'film' if film else 'coating'}, in metres{film}"
+        yield f"'{key}.{missing}' is missing: {why}."

@@ -129,6 +129,30 @@ def test_parts_that_a_family_does_not_have_are_refused(case):
     assert key in str(error.value)
 
 
+@pytest.mark.parametrize(
+    "part, material, why",
+    [
+        ("feathers", {"name": "muscle", "surface": "leontovich"}, "the mesh is open or its triangles disagree"),
+        (
+            "flesh",
+            {"permittivity": 50, "loss_tangent": 0, "surface": "leontovich"},
+            "on 100 % of its area the opaque body",
+        ),
+        ("feathers", "space_cloth", None),
+    ],
+)
+def test_a_check_refuses_opaque_parts_that_are_open_or_thin(part, material, why):
+    family = {"kind": "bird_water", "count": 1, "seed": 1}
+    target = {"family": family, "role": "other", "parts": {part: {"material": material}}}
+    config = load_config({"targets": {"bird": target}})
+    refused = [line for line in checkup(config, "bird_01") if line.startswith(REFUSED)]
+    if why is None:
+        assert refused == []
+    else:
+        (line,) = refused
+        assert line.startswith(f"{REFUSED} part '{part}': {why}")
+
+
 def test_a_family_of_one_body_has_no_parts():
     with pytest.raises(InputError, match=r"quadcopter has no such part.* Its models are one body of metal\."):
         targets_of(quad={"family": FAMILY, "role": "other", "parts": {"shell": {"material": "abs"}}})

@@ -74,9 +74,9 @@ class Solver(FieldSolver):
 
     def _of_materials(self, vertices, triangles, frequency, part):
         """The arguments of `solve` that say what the triangles are made of; part: (T,), or None of one material."""
-        from isarflow.scattering.checks import check_depth
+        from isarflow.scattering.checks import check_bodies
 
-        names, kinds = list(self.materials), list(self.materials.values())
+        kinds = list(self.materials.values())
         if materials.is_solid(kinds[0]):  # which stands alone
             return {"permittivity": materials.permittivity(kinds[0])}
         part = np.zeros(len(triangles), int) if part is None else part
@@ -87,10 +87,7 @@ class Solver(FieldSolver):
                 surfaces[:, n] = materials.surface_impedance(kind, frequency)
             else:
                 sheets[:, n] = materials.impedance(kind, frequency)
-        bounds = triangles[~sheets.any(0)[part]]
-        for n in [n for n, kind in enumerate(kinds) if "surface" in kind]:
-            least = materials.SKIN_DEPTHS * materials.skin_depth(kinds[n], frequency[0])
-            check_depth(names[n], vertices, triangles[part == n], bounds, least)
+        check_bodies(vertices, triangles, part, self.materials, frequency[0])
         return {"impedance": sheets[:, part], "surface_impedance": surfaces[:, part]}
 
     def _of_system(self, measures):
