@@ -110,7 +110,10 @@ SWEEPS = {
     "impedances of triangles": ({"impedance": np.ones((1, 9))}, "1 frequencies and .* triangles, not float64 of shape"),
     "impedance that is none": ({"impedance": np.inf}, "'impedance' is a finite number"),
     "impedance that gives power": ({"impedance": -1 + 5j}, "'impedance': -1 ohm; .* a real part of 0 or more"),
-    "impedance by cfie": ({"impedance": 5.0, "formulation": "cfie"}, "'impedance': .* 'formulation' efie alone"),
+    "impedance by cfie": (
+        {"impedance": 5.0, "formulation": "cfie"},
+        "'impedance' is solved by 'formulation' efie alone",
+    ),
 }
 
 

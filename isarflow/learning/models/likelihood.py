@@ -117,7 +117,7 @@ class Model(Library):
                 None if each is None else np.resize(each[start : start + BLOCK], (BLOCK, *each.shape[1:]))
                 for each in (without, received)
             )
-            near = self._masked(standardized(magnitudes) @ self._bank[2].T, apart, -2)
+            near = self._masked(_products(standardized(magnitudes), self._bank[2]), apart, -2)
             coherence = self._coherence(filled, np.maximum(share, LEAST_NOISE), apart, near)
             found.append(np.stack([self._rice(magnitudes, share, near, pulses), coherence], axis=1)[: len(block)])
         return np.concatenate(found)
@@ -127,13 +127,14 @@ class Model(Library):
 
         near: ZNCC with all templates, by which those of large classes are sifted.
         """
-        x, weights = rows @ self.basis_.conj(), 1 / ((1 - share[:, None]) * self.powers_ + share[:, None])
+        x, weights = _products(rows, self.basis_.conj().T), 1 / ((1 - share[:, None]) * self.powers_ + share[:, None])
         energy = (np.abs(x) ** 2 * weights).sum(axis=1, keepdims=True)
         if np.diff(self.starts_).max() > MANY:
             best = self._of_sifted(x * weights, weights, near) / np.maximum(energy, 1e-30)
         else:
             white, squared = self._white
-            coherence = np.abs((x * weights) @ white.conj().T) ** 2 / np.maximum(weights @ squared.T * energy, 1e-30)
+            along = np.abs(_products(x * weights, white.conj())) ** 2
+            coherence = along / np.maximum(_products(weights, squared) * energy, 1e-30)
             best = np.maximum.reduceat(self._masked(coherence, without, 0), self.starts_[:-1], axis=1)
         return -rows.shape[1] * np.log(np.maximum(1 - best, 1e-6))
 
@@ -186,6 +187,16 @@ class Model(Library):
         power = magnitudes**2
         around = uniform_filter(power.reshape(-1, *self.shape_), AROUND, mode="nearest").reshape(power.shape)
         return magnitudes, np.maximum(around, LEAST * power.max(axis=1, keepdims=True))
+
+
+def _products(rows, others):
+    """Products of rows (n, N) with `others` (m, N), (n, m), whose bits do not depend on a row's place among the others.
+
+    On some processors BLAS adds real numbers up in another order at another place: they are added with twice the digits.
+    """
+    if rows.dtype == np.float32:
+        return (others.astype(float) @ rows.T.astype(float)).T.astype(np.float32)
+    return (others @ rows.T).T
 
 
 @jax.jit
