@@ -192,7 +192,7 @@ class Model(Library):
 def _products(rows, others):
     """Products of rows (n, N) with `others` (m, N), (n, m), whose bits do not depend on a row's place among the others.
 
-    On some processors BLAS adds real numbers up in another order at another place: they are added with twice the digits.
+    On some processors BLAS adds real numbers up in another order at another place: twice the digits are added.
     """
     if rows.dtype == np.float32:
         return (others.astype(float) @ rows.T.astype(float)).T.astype(np.float32)
