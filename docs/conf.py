@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parents[1]
 project = "isarflow"
 root_doc = "README"
 include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "config/README.md", "docs/*.md"]
-include_patterns += ["resources/fields/README.md", "resources/fields/families/README.md"]
+include_patterns += [f"resources/fields/{folder}README.md" for folder in ("", "families/", "flyers/")]
 include_patterns += ["resources/cad/README.md", "resources/glossary.md"]
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 autodoc_typehints = "none"  # they stand in the signature
@@ -33,6 +33,7 @@ MENU = {
         "docs/rcs",
         "resources/fields/README",
         "resources/fields/families/README",
+        "resources/fields/flyers/README",
         "resources/cad/README",
         "docs/own-fields",
         "docs/exported-images",
