@@ -14,7 +14,7 @@ from isarflow.core.sweep import C0
 from isarflow.core.words import check_words, number
 from isarflow.mesh import topology
 from isarflow.mesh.measures import ideal_unknowns
-from isarflow.mesh.read.target import LARGEST, SMALLEST
+from isarflow.mesh.read.target import LARGEST, SMALLEST, hides
 from isarflow.scattering.materials import SKIN_DEPTHS, is_opaque, skin_depth
 
 WAYS = "VV", "VH", "HV", "HH"
@@ -84,8 +84,7 @@ def check_bodies(vertices, triangles, part, made_of, frequency):
 
     part: (T,), the number of each triangle's part in the order of `made_of`, the materials by the parts' names.
     """
-    kinds = list(made_of.values())
-    bounds = triangles[np.array([is_opaque(kind) or kind.get("resistance") == 0 for kind in kinds])[part]]
+    bounds = triangles[np.array([hides({"material": kind}) for kind in made_of.values()])[part]]
     for number_of, (name, kind) in enumerate(made_of.items()):
         if not is_opaque(kind):
             continue

@@ -173,13 +173,13 @@ class Model(Library):
     @functools.cached_property
     def _white(self):
         white = self.templates_ @ self.basis_.conj()
-        return white, np.abs(white) ** 2 if np.diff(self.starts_).max() <= MANY else None
+        return white, (np.abs(white) ** 2).astype(float) if np.diff(self.starts_).max() <= MANY else None
 
     @functools.cached_property
     def _bank(self):
         """Magnitudes of all templates, their power around pixels, and the magnitudes as ZNCC takes them."""
         magnitudes, around = self._around(self.templates_)
-        return magnitudes, around, standardized(magnitudes)
+        return magnitudes, around, standardized(magnitudes).astype(float)
 
     def _around(self, templates):
         """Magnitudes of templates (t, N), and their power around pixels."""
@@ -192,11 +192,9 @@ class Model(Library):
 def _products(rows, others):
     """Products of rows (n, N) with `others` (m, N), (n, m), whose bits do not depend on a row's place among the others.
 
-    On some processors BLAS adds real numbers up in another order at another place: twice the digits are added.
+    On some processors BLAS adds real numbers up in another order at another place: `others` have twice the digits.
     """
-    if rows.dtype == np.float32:
-        return (others.astype(float) @ rows.T.astype(float)).T.astype(np.float32)
-    return (others @ rows.T).T
+    return (others @ rows.T.astype(others.dtype)).T.astype(rows.dtype)
 
 
 @jax.jit
