@@ -119,6 +119,8 @@ def _of_motion(key, motion, config):
     """Check a section `motion` against the sweep and the aperture."""
     if not any(motion.values()):
         return
+    if motion.get("poses") and not any({"poses", "field"} & target.keys() for target in config["targets"].values()):
+        yield f"'{key}.poses' is {motion['poses']}, and no target has several 'poses'; leave it still."
     if not images_are_made(config):
         yield f"'{key}' moves images, and there are none: {sweep.why_no_images(config)}"
     if motion.get("turn") and not sweep.closes_circle(sweep.azimuths(config["aspect"])):

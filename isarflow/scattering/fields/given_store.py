@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from isarflow.core.errors import InputError
-from isarflow.core.store import absent_chunks, absent_samples, check_given, chunk_of, has_list
+from isarflow.core.store import SUMS, absent_chunks, absent_samples, check_given, chunk_of, has_list
 from isarflow.scattering.fields.places import ANGLE, UNITS, apart, differ, find, text
 from isarflow.scattering.fields.store import CONVENTION, COORDINATES
 
@@ -27,17 +27,25 @@ def check_polarizations(path, polarizations):
     _ways(path, axes["polarization"], polarizations)
 
 
-def read_store(path, polarizations, wanted, symmetry=()):
+def poses_of(path):
+    """The number of poses of a scattering store, of a target that moves; None of one without such a dimension."""
+    with _opened(path) as (dataset, _):
+        return dataset.sizes.get("pose")
+
+
+def read_store(path, polarizations, wanted, symmetry=(), pose=None):
     """The wanted samples of a scattering store, (polarization, frequency, elevation, azimuth), and a list of warnings.
 
     wanted: {axis: values (N,)}. symmetry: the target's mirror planes; with xz a sample at an azimuth that is not there
     is that of the opposite azimuth, of which cross-polarized ones have the other sign. Coordinates and co-polarized
     samples whose chunk is absent are refused, unless the store has a list of its files; cross-polarized samples, which
-    may be 0, are warned of.
+    may be 0, are warned of. pose: the number of that which is read, of a store with poses, which must have such a list.
     """
     listed = check_given(path)
+    if pose is not None and not listed:
+        raise InputError(f"{path}: a store with poses has a list of its files, {SUMS}, and this one has none.")
     with _opened(path) as (dataset, axes):
-        field = dataset["field"]
+        field = dataset["field"] if pose is None else dataset["field"].isel(pose=pose, drop=True)
         _check_kind(path, dataset)
         warnings = [] if listed else _absent_coordinates(path, axes)
         opposite = _opposite(axes["azimuth"], wanted["azimuth"]) if "xz" in symmetry else np.zeros(0, int)
@@ -82,7 +90,7 @@ def _opened(path):
             over = dataset["field"].dims
             axes = {name: dataset.variables[name] for name in COORDINATES}
             several = {name for name, variable in axes.items() if variable.dims}
-            if {*over} != several or any(axes[name].ndim > 1 for name in several):
+            if {*over} - {"pose"} != several or any(axes[name].ndim > 1 for name in several):
                 raise ValueError(f"its field is over {', '.join(map(str, over))}")
             values = {name: np.atleast_1d(variable.values) for name, variable in axes.items()}
             names = [name.decode() if isinstance(name, bytes) else str(name) for name in values["polarization"]]
