@@ -44,6 +44,7 @@ FORMATS = {
     "mesh": (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS),
     "field": (".ffe", ".zarr"),
     "reference": (".csv", ".ffe"),
+    "background": (".zarr",),
 }
 ALONE = (".zarr", ".csv")
 WHERE = " (paths start at the folder you run snakemake in, or at the repository's)"
@@ -177,6 +178,8 @@ def _of_files(name, target, config):
     """Check the files that a target names: where they are, their formats, and what they are for."""
     results = Path("results", config["name"])
     said = [(what, f"targets.{name}.{what}", target[what]) for what in FORMATS if what in target]
+    references = target.get("calibrate", {}).items()
+    said += [("background", f"targets.{name}.calibrate.{key}", path) for key, path in references]
     parts = target.get("parts", {}).items()
     said += [("mesh", f"targets.{name}.parts.{part}.mesh", own["mesh"]) for part, own in parts if "mesh" in own]
     for what, where, files in said:
@@ -199,6 +202,9 @@ def _of_files(name, target, config):
                 yield f"'targets.{name}.unit': {files} {why}."
     field, reference = (target.get(what, "") for what in ("field", "reference"))
     waves = config["radar"]["polarizations"]
+    steps = [key for key in field_files.STEPS if key in target]
+    if steps and not field_files.is_store(field):
+        yield f"'targets.{name}.{steps[0]}' is for a 'field' of one store (.zarr); leave it out."
     if field and not field_files.is_store(field) and (why := refusal(field_files.by_transmission, field, waves)):
         yield f"'targets.{name}.field': {why}"
     if is_csv(reference):

@@ -46,7 +46,8 @@ def load_config(*overlays):
         posed(expanded(config["targets"])), lambda path: _changed(read_yaml(path), _number)
     )
     for target in config["targets"].values():
-        target |= {key: _changed(target[key], _from_here) for key in ("mesh", "field", "reference") if key in target}
+        keys = {"mesh", "field", "reference", "background", "calibrate"} & target.keys()
+        target |= {key: _changed(target[key], _from_here) for key in keys}
         for part in target.get("parts", {}).values():
             part |= {key: _from_here(part[key]) for key in ("mesh",) if key in part}
     learning = config["learning"]

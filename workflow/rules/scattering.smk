@@ -81,9 +81,13 @@ rule field:
         mem_mb=1000,
     params:
         code=code("job_field.py"),
-        files=lambda w: contents_of(*field_files.paths(config["targets"][w.target]["field"])),
+        files=lambda w: contents_of(*field_files.of_target(config["targets"][w.target])),
         settings=lambda w: section(config, "aspect", "radar")
-        | section(config["targets"][w.target], "field", *{"symmetry"}.intersection(config["targets"][w.target])),
+        | section(
+            config["targets"][w.target],
+            "field",
+            *{"symmetry", *field_files.STEPS} & config["targets"][w.target].keys(),
+        ),
     message:
         "scattering {wildcards.target}: take the field from elsewhere"
     script:
