@@ -10,7 +10,7 @@ report: "workflow/report/workflow.rst"
 
 # Only what the config names: any other artefact is one that no rule makes.
 wildcard_constraints:
-    target=one_of(plan.targets),
+    target=one_of(config["targets"]),
     band="[0-9]+",
     run=one_of(plan.runs),
     model=one_of(plan.models),

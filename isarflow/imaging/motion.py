@@ -1,4 +1,4 @@
-"""What the radar does not know: a target's place, its motion on top of the turntable's, and pulses that were lost.
+"""What the radar does not know: a target's place, its motion on top of the turntable's, lost pulses, and moving parts.
 
 With k the wavenumber and a the angle of a pulse from the image's centre, samples are multiplied by exp(2j k n), n being
 by how much the target is nearer than the turntable has it (a distance of its own for each pulse):
@@ -6,7 +6,8 @@ by how much the target is nearer than the turntable has it (a distance of its ow
     n = -dr cos a + dc sin a + d (a / a_end)^2 + e_pulse
 
 for a displacement of dr in range and dc in cross-range, a drift of d at the ends of the aperture, as a constant
-acceleration makes it, and a jitter e. A wrong `turn` samples the sweep at a (1 + t) where a is believed.
+acceleration makes it, and a jitter e. A wrong `turn` samples the sweep at a (1 + t) where a is believed. Of a target
+whose parts move each pulse sees one of its poses.
 """
 
 from typing import NamedTuple
@@ -23,6 +24,7 @@ VARIABLES = {
     "drift": ("1", "quadratic range error at the ends of the aperture, in wavelengths of the centre frequency"),
     "turn": ("1", "relative error of the assumed angular step"),
     "received": ("1", "whether a pulse was received"),
+    "pose": ("1", "number of the pose that a pulse saw"),
 }
 PLACES = "place_range", "place_crossrange"
 
@@ -35,9 +37,11 @@ class Motion(NamedTuple):
     jitter: float = 0.0  # wavelengths, of each pulse, rms of a normal distribution
     turn: float = 0.0  # of the angular step, uniform
     missing: float = 0.0  # share of the pulses
+    poses: float | str = 0.0  # poses a pulse, or RANDOM
 
 
 STILL = Motion()
+RANDOM = "random"
 
 
 class Errors(NamedTuple):
@@ -49,10 +53,11 @@ class Errors(NamedTuple):
     turn: np.ndarray  # (n,)
     received: np.ndarray  # (n, A), booleans
     jitter: np.ndarray  # (n, A), wavelengths
+    phase: np.ndarray  # (n, A), from 0 to below 1, of the cycle of poses
 
 
 def draw(motion, views, pulses):
-    """The Errors of images, each by random numbers of its own.
+    """The Errors of images, each by random numbers of its own. `motion.poses` does not matter: see `poses`.
 
     views: of each image what its random numbers follow from, a tuple, as of its seed, target, direction and number. All
     numbers are drawn whatever the limits, so that a change of one changes no other error.
@@ -63,8 +68,22 @@ def draw(motion, views, pulses):
         limits = motion.place, motion.place, motion.drift, motion.turn
         uniform, jitter = random.uniform(-1, 1, len(limits)), random.standard_normal(pulses)
         received = random.permutation(pulses) >= int(motion.missing * pulses + random.uniform())  # so many on average
-        rows.append((*np.multiply(limits, uniform), received, motion.jitter * jitter))
+        rows.append((*np.multiply(limits, uniform), received, motion.jitter * jitter, random.uniform(size=pulses)))
     return Errors(*map(np.array, zip(*rows, strict=True)))
+
+
+def poses(motion, phase, count):
+    """The numbers (n, A) of the poses that the pulses of images see, of `count` poses in a cycle.
+
+    phase: that of `Errors`. Still: the first. Random: parts turn many times between pulses, and each has its own; at a
+    rate they turn by so many poses from one pulse to the next, from the first one's phase on.
+    """
+    if motion.poses == RANDOM:
+        return (phase * count).astype(int)
+    if not motion.poses:
+        return np.zeros(phase.shape, int)
+    first = (phase[:, :1] * count).astype(int)
+    return (first + np.floor(motion.poses * np.arange(phase.shape[1])).astype(int)) % count
 
 
 def nearer(angle, wavelength, range_=0.0, crossrange=0.0, drift=0.0, jitter=0.0):

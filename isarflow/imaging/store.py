@@ -61,7 +61,8 @@ def make_noisy(field_path, image_paths, imaging, target, noise, motion=motions.S
     image_paths: a store for each SNR, named by its label, as snr_6dB.zarr. target: its name, part of the seed. noise:
     mapping with seed, realizations, definition and per. A store also has each image's SNR in dB by each definition.
     motion: a `Motion`, the limits of the errors of each image, the same at all SNRs. A store has those that may differ
-    from 0, and where pulses may be lost `received` (realization, elevation, azimuth, pulse).
+    from 0, and where pulses may be lost `received`, and where parts move `pose` (realization, elevation, azimuth,
+    pulse). The power that an SNR refers to is that of the first pose on a turntable.
     """
     plan, per = _Plan(_open(field_path, imaging["polarizations"]), imaging), noise["per"]
     focus = focus_of(plan.field.frequency.values, plan.sweep, imaging)
@@ -79,7 +80,7 @@ def make_noisy(field_path, image_paths, imaging, target, noise, motion=motions.S
                 added, pulses = plan.noise(of_row, per, randoms), None
                 if any(motion):
                     of_images = errors[number * len(plan.elevation) + row]
-                    samples, pulses = plan.moved(samples, row, of_images), of_images.received
+                    samples, pulses = plan.moved(samples, row, of_images, motion), of_images.received
                     added = np.where(plan.of_pulses(pulses), added, 0)
                 images[number, row], peaks[number, row] = form_images(plan.imager, focus(samples + added, pulses))
         with np.errstate(invalid="ignore"):  # an aperture without signal has no SNR
@@ -94,7 +95,7 @@ def make_noisy(field_path, image_paths, imaging, target, noise, motion=motions.S
 
 def make_pure_noise(radar, aspect, image_path, imaging, seed):
     """Form images of receiver noise alone, one for each direction of the config's sweep; write them as `make_clean`."""
-    axes = {"polarization": imaging["polarizations"], "frequency": sweep.frequencies(radar)}
+    axes = {"pose": [0], "polarization": imaging["polarizations"], "frequency": sweep.frequencies(radar)}
     axes |= {"elevation": sweep.elevations(aspect), "azimuth": sweep.azimuths(aspect)}
     ones = np.ones([len(values) for values in axes.values()], np.complex64)
     plan = _Plan(xr.DataArray(ones, axes, list(axes)), imaging)
@@ -106,12 +107,14 @@ def make_pure_noise(radar, aspect, image_path, imaging, seed):
 class _Plan:
     """Parts that all images of one field share: the imager, the axes, the attributes.
 
-    field: (polarization, frequency, elevation, azimuth); its polarizations are the images' channels.
+    field: (pose, polarization, frequency, elevation, azimuth); its polarizations are the images' channels.
+    Images that do not move are of the first pose.
     """
 
     def __init__(self, field, imaging):
         frequency, self.elevation, self.sweep = (field[name].values for name in ("frequency", "elevation", "azimuth"))
-        self.field, self.imaging = field, imaging
+        self.field, self.imaging = field.isel(pose=0), imaging
+        self.poses = field.values
         self.geometry = geometry(frequency, self.elevation, self.sweep, imaging)
         self.azimuth = centres(self.sweep, imaging["aperture"])
         self.imager = imager_of(frequency, self.sweep, imaging)
@@ -142,11 +145,17 @@ class _Plan:
         views = [(seed, target, self.elevation[row], azimuth, number) for azimuth in self.azimuth]
         return motions.draw(motion, views, self.imaging["aperture"])
 
-    def moved(self, samples, row, errors):
+    def moved(self, samples, row, errors, motion):
         """The samples of one elevation's images under errors; those of lost pulses are 0."""
         frequency, angle = self.imager.frequency, self.imager.angle
-        if errors.turn.any():
-            samples = motions.turned(self.field.values[:, :, row], self.sweep, angle, errors.turn)
+        seen = motions.poses(motion, errors.phase, len(self.poses))
+        for pose in np.unique(seen):
+            of_pose = self.poses[pose][:, :, row]
+            if errors.turn.any():
+                own = motions.turned(of_pose, self.sweep, angle, errors.turn)
+            else:
+                own = apertures(of_pose, self.sweep, self.imaging["aperture"])
+            samples = np.where(self.of_pulses(seen == pose), own, samples)
         return np.where(self.of_pulses(errors.received), motions.displaced(samples, frequency, angle, errors), 0)
 
     def of_pulses(self, received):
@@ -155,11 +164,15 @@ class _Plan:
 
     def stated(self, motion, errors):
         """The errors of all images that a store keeps, (realization, elevation, azimuth[, pulse]) by name."""
-        kept = [name for name, limit in motion._asdict().items() if limit and name not in ("jitter", "missing")]
+        apart = "jitter", "missing", "poses"
+        kept = [name for name, limit in motion._asdict().items() if limit and name not in apart]
         kept = [each for name in kept for each in (motions.PLACES if name == "place" else (name,))]
         kept += ["received"] if motion.missing else []
         shape = -1, len(self.elevation), len(self.azimuth)
         every = {name: np.array([getattr(each, name) for each in errors]) for name in kept}
+        if motion.poses and len(self.poses) > 1:
+            seen = [motions.poses(motion, each.phase, len(self.poses)) for each in errors]
+            every["pose"] = np.array(seen, np.int16)
         return {name: values.reshape(*shape, *values.shape[2:]) for name, values in every.items()}
 
     def write(self, path, image, peak, attrs, others=None):
@@ -185,7 +198,7 @@ class _Plan:
         named = {2: ("elevation", "azimuth"), 3: axes[:3], 4: (*axes[:3], "pulse")}
         for name, values in (others or {}).items():
             values = np.asarray(values)
-            data[name] = named[values.ndim], values if values.dtype == bool else values.astype(np.float32)
+            data[name] = named[values.ndim], values.astype(np.float32) if values.dtype.kind == "f" else values
         dataset = xr.Dataset(data, coords, shared | attrs)
         if len(self.channels) == 1:
             dataset = dataset.squeeze("channel", drop=True)
@@ -200,10 +213,11 @@ class _Plan:
 
 
 def _open(path, polarizations):
-    """These polarizations of a scattering store: `field` (polarization, frequency, elevation, azimuth), loaded."""
+    """These polarizations of a scattering store: `field` (pose, polarization, frequency, elevation, azimuth)."""
     with stores.open_store(path) as store:
         field = store["field"].sel(polarization=polarizations)
-        field = field.transpose("polarization", "frequency", "elevation", "azimuth").load()
+        field = field if "pose" in field.dims else field.expand_dims("pose")
+        field = field.transpose("pose", "polarization", "frequency", "elevation", "azimuth").load()
     if not np.isfinite(field.values).all():
         raise InputError(f"{path}: the field holds values that are not finite; make it again.")
     return field

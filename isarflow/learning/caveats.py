@@ -1,7 +1,7 @@
 """Warnings of what may surprise in a run, from its config and the sizes of its targets."""
 
 from isarflow.imaging import geometry
-from isarflow.learning.experiments import rejected_roles, split_settings
+from isarflow.learning.experiments import imaged, rejected_roles, split_settings
 
 LEARNING = "learning"  # in place of a target, for a warning about none
 
@@ -13,7 +13,7 @@ def warnings(config, reaches):
     """
     figures = geometry.planned(config)
     place = max(of.get("place", 0) for of in [config["motion"], *_motions(config)])
-    for name in config["targets"]:
+    for name in imaged(config):
         reach = reaches.get(name) or 0.0
         yield from ((name, text) for text in geometry.warnings(figures, reach))
         least = min(figures["range_extent"], figures["crossrange_extent"])

@@ -14,6 +14,7 @@ from isarflow.learning.data.split import divisions
 
 CLEAN = "clean"
 MOVED = ", moved"  # after the name of a split
+ROLES = "known", "unknown", "other"  # of targets that have images; further poses of one are solved alone
 TOLERANCE = 1e-4  # degrees: two angles nearer than this are the same one
 # The parts of a run that its models depend on. The rest (its models, whether it is open) may change without a new fit.
 LEARNED = "channels", "division", "elevation", "experiment", "motion", "name", "random_snr"
@@ -37,7 +38,7 @@ def runs(config):
     InputError for two runs of one name.
     """
     every, learning = {}, config["learning"]
-    targets = {name: _family(config["targets"], name) for name in config["targets"]}
+    targets = {name: _family(config["targets"], name) for name in imaged(config)}
     for name, experiment in learning["experiments"].items():
         elevation, snr = (experiment["train"][key] for key in ("elevation", "snr_db"))
         split = split_settings(learning, experiment)
@@ -68,6 +69,11 @@ def runs(config):
             own = {"name": run, "snrs": snrs, "division": asdict(division), "first": division is tested[0]}
             every[run] = shared | own
     return every
+
+
+def imaged(config):
+    """The names of a config's targets but the further poses of those that move."""
+    return [name for name, target in config["targets"].items() if target["role"] in ROLES]
 
 
 def members(models, name):
@@ -101,7 +107,8 @@ def motion_of(config, experiment):
     limits = {key: limit for key, limit in sorted((shared | experiment.get("motion", {})).items()) if limit}
     if not (shared or limits):
         return {}
-    label = "_".join(f"{key}_{limit:g}" for key, limit in limits.items()) or "still"
+    named = [f"{key}_{limit if isinstance(limit, str) else f'{limit:g}'}" for key, limit in limits.items()]
+    label = "_".join(named) or "still"
     frequencies, azimuths = sweep.frequencies(config["radar"]), sweep.azimuths(config["aspect"])
     return {
         "folder": "imaging" if limits == shared else f"moved/{label}",

@@ -19,14 +19,16 @@ class Generator:
 
     PARAMETERS: by name the `minimum` and `maximum` of a parameter, its `unit` and a `description`; with `whole: True`
     it is a whole number. SYMMETRY: mirror planes of every model, xz among them; MOVED: those that are left where `pose`
-    is not 0. PARTS: by name, {} or the `material` of a model's parts, as of a target's `parts`; without it a model is
-    one body of metal. All four are literals.
+    is not 0. REPEATS: the parameter that says how often a turn looks the same, as blades of a propeller. PARTS: by
+    name, {} or the `material` of a model's parts, as of a target's `parts`; without it a model is one body of metal.
+    All are literals.
     """
 
     PARAMETERS: Mapping[str, Mapping[str, Any]] = {}
     PARTS: Mapping[str, Mapping[str, Any]] = {}
     SYMMETRY = ("xz",)
     MOVED = ("xz",)
+    REPEATS = ""
 
     def parts(self, values: Mapping[str, float], pose: float = 0.0) -> dict[str, Part]:
         """Return the closed parts of a model by name, which may cross each other.
@@ -127,6 +129,12 @@ def united(parts: Mapping[str, Part], planes: Any = ()) -> Part:
 def mirror_planes(name: str, pose: float = 0.0) -> list[str]:
     """Return the mirror planes of all models of a kind in a pose."""
     return list(kind(FAMILIES, name).stated.get("SYMMETRY" if pose % 1 == 0 else "MOVED", ("xz",)))
+
+
+def period(family: Mapping[str, Any]) -> float:
+    """Return after which pose a model looks the same: a turn, or a beat, or its part between two blades."""
+    repeats = kind(FAMILIES, family["kind"]).stated.get("REPEATS", "")
+    return 1 / values_of(**_drawn(family))[repeats] if repeats else 1.0
 
 
 def _drawn(family: Mapping[str, Any]) -> dict[str, Any]:

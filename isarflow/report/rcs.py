@@ -18,7 +18,7 @@ BISTATIC = "Bistatic: each figure is over the receivers, its name has the transm
 def write_rcs(folder, settings, page):
     """Write RCS of the targets in `folder` (results/<name>), of a config's sections: a page and CSV files beside it."""
     results = Results(folder, settings, {"models": {}, "scores": {}})
-    for name in results.targets:
+    for name in settings["targets"]:
         path = Path(page).with_name(f"{name}.csv")
         as_table(results.scattering(name)).to_csv(path, index=False, float_format="%.9g")
         print(f"{path}: RCS of {name}")

@@ -76,7 +76,8 @@ class Results:
         self.folder, self.settings, self.names = Path(folder), settings, Names(stated, models)
         self.fields = of_fields(folder, settings)
         self.targets, self.drawn = target_order(settings["targets"]), drawn(settings["targets"])
-        self.meshed = [name for name in self.targets if "field" not in settings["targets"][name]]
+        # Further poses of targets that move, too.
+        self.meshed = [name for name, target in settings["targets"].items() if "field" not in target]
         self.drawn_meshes = [name for name in self.drawn if name in self.meshed]
         self.images_are_made = images_are_made(settings)
         self.compares_imagers = self.images_are_made and bool(settings.get("imagers"))
@@ -117,8 +118,9 @@ class Results:
         return part, {name: hides(self.settings["targets"][target]["parts"][name]) for name in names}
 
     def scattering(self, target):
-        """Return the scattering store of a target, opened lazily."""
-        return open_store(self.fields / "scattering" / f"{target}.zarr")
+        """Return the scattering store of a target, opened lazily; of one that moves, its first pose."""
+        dataset = open_store(self.fields / "scattering" / f"{target}.zarr")
+        return dataset.isel(pose=0, drop=True) if "pose" in dataset.dims else dataset
 
     def reach(self, target):
         """Return how far from the origin a target reaches, in m; None of one that is given by its field."""
@@ -238,7 +240,7 @@ class Results:
                 target, _, band = solve.rpartition("-")
                 return target in self.meshed and int(band) < self.settings["mesh"]["bands"]
             case ("scattering", target) | ("imaging", target, _):
-                return target in (*self.targets, PURE_NOISE)
+                return target in (*self.settings["targets"], PURE_NOISE)
             case "learning", _, run, _:
                 return run in self.runs
             case "learning", _:

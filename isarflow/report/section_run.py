@@ -103,8 +103,8 @@ def _done(results):
     frequency = sweep.frequencies(settings["radar"]) / 1e9
     elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
     band = f"{frequency[0]:g} GHz" if len(frequency) == 1 else f"{frequency[0]:.3g} to {frequency[-1]:.3g} GHz"
-    every = len(results.meshed) == len(results.targets)
-    meshes = "their meshes" if every else f"the meshes of {len(results.meshed)} of them"
+    without = len({*results.targets} - {*results.meshed})
+    meshes = f"the meshes of {len(results.targets) - without} of them" if without else "their meshes"
     solved = f", solved on {meshes}" if results.meshed else ""
     directions = f"{len(elevation)} × {len(azimuth)} directions"
     echo = f"The radar echo of {several(len(results.targets), 'target')} at {band} from {directions}{solved}"

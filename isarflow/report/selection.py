@@ -1,8 +1,8 @@
 """Which of the results the report shows. The rule reads it too, so that only these files are the job's inputs."""
 
 from isarflow.core.sweep import evenly, snr_label
+from isarflow.learning.experiments import ROLES
 
-ROLES = ("known", "unknown", "other")
 GALLERY_VIEWS = 8  # images of each target over azimuth, and of one over elevation
 DECODED_SNRS = (3, 24)  # dB
 GALLERY_SNRS = 7  # noisy images of one target, beside the clean one
@@ -19,7 +19,8 @@ def full_size(name):
 
 def target_order(targets):
     """Return target names in the order of the page: by role, then by name. The first is shown at several SNRs."""
-    return sorted(targets, key=lambda name: (ROLES.index(targets[name]["role"]), name))
+    imaged = [name for name, target in targets.items() if target["role"] in ROLES]
+    return sorted(imaged, key=lambda name: (ROLES.index(targets[name]["role"]), name))
 
 
 def drawn(targets):

@@ -25,7 +25,8 @@ class Plan:
 
     config: as `config.load_config` gives it; `further_seeds` and `compare` are taken out of it.
     results: its folder, results/<name>; fields: that of meshes and fields, of this run or of the one that has them.
-    targets, meshed, given: names of all, of those that are a mesh, which is solved, and of fields from elsewhere.
+    targets, meshed, given: names of all, of those that are a mesh, which is solved, further poses of targets among
+    them, and of fields from elsewhere.
     seeded: the config for each of its seeds, by the folder of what follows from the seed: of further seeds one in the
     run's own. compared: other runs by name.
     runs_of: the learning stage's runs by name, by that folder; runs: those of the first seed.
@@ -39,8 +40,8 @@ class Plan:
         self.config, self.fields = config, of_fields(self.results, config).as_posix()
         self.seeded = {self.results: config}
         self.seeded |= {f"{self.results}/seed_{seed}": {**config, "seed": seed} for seed in further}
-        self.targets = list(config["targets"])
-        self.meshed = [target for target in self.targets if "field" not in config["targets"][target]]
+        self.targets = experiments.imaged(config)
+        self.meshed = [name for name, target in config["targets"].items() if "field" not in target]
         self.given = [target for target in self.targets if target not in self.meshed]
         self.known, self.unknown = (
             sorted(name for name in self.targets if config["targets"][name]["role"] == role)
@@ -61,6 +62,10 @@ class Plan:
         # Motion by the folder of its images; that of the config's section is in `imaging`.
         self.motions = {"imaging": dict(sorted(config["motion"].items()))}
         self.motions |= {self.folder(name): run["motion"]["limits"] for name, run in self.runs.items() if run["motion"]}
+
+    def poses(self, target):
+        """The names of the further poses of a target, each solved as a target of its own."""
+        return self.config["targets"][target].get("poses", [])
 
     def symmetry(self, target):
         return self.config["targets"][target].get("symmetry", [])
@@ -190,7 +195,7 @@ class Plan:
     def families(self):
         """The `kinds` of all targets and what they stand for, their `classes`, where an experiment is by family."""
         by_family = any(experiments.is_by_family(run) for run in self.runs.values())
-        targets = dict(sorted(self.config["targets"].items())) if by_family else {}
+        targets = {name: self.config["targets"][name] for name in sorted(self.targets)} if by_family else {}
         classes = {name: experiments.class_of(targets, name) for name in targets if targets[name]["role"] == "known"}
         kinds = {name: experiments.kind_of(targets, name) for name in targets}
         return {"kinds": kinds, "classes": dict.fromkeys(targets, OTHER) | classes}

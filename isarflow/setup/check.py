@@ -44,6 +44,7 @@ FORMATS = {
     "mesh": (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS),
     "field": (".ffe", ".zarr"),
     "reference": (".csv", ".ffe"),
+    "background": (".zarr",),
 }
 ALONE = (".zarr", ".csv")
 WHERE = " (paths start at the folder you run snakemake in, or at the repository's)"
@@ -119,6 +120,8 @@ def _of_motion(key, motion, config):
     """Check a section `motion` against the sweep and the aperture."""
     if not any(motion.values()):
         return
+    if motion.get("poses") and not any({"poses", "field"} & target.keys() for target in config["targets"].values()):
+        yield f"'{key}.poses' is {motion['poses']}, and no target has several 'poses'; leave it still."
     if not images_are_made(config):
         yield f"'{key}' moves images, and there are none: {sweep.why_no_images(config)}"
     if motion.get("turn") and not sweep.closes_circle(sweep.azimuths(config["aspect"])):
@@ -175,6 +178,8 @@ def _of_files(name, target, config):
     """Check the files that a target names: where they are, their formats, and what they are for."""
     results = Path("results", config["name"])
     said = [(what, f"targets.{name}.{what}", target[what]) for what in FORMATS if what in target]
+    references = target.get("calibrate", {}).items()
+    said += [("background", f"targets.{name}.calibrate.{key}", path) for key, path in references]
     parts = target.get("parts", {}).items()
     said += [("mesh", f"targets.{name}.parts.{part}.mesh", own["mesh"]) for part, own in parts if "mesh" in own]
     for what, where, files in said:
@@ -197,6 +202,9 @@ def _of_files(name, target, config):
                 yield f"'targets.{name}.unit': {files} {why}."
     field, reference = (target.get(what, "") for what in ("field", "reference"))
     waves = config["radar"]["polarizations"]
+    steps = [key for key in field_files.STEPS if key in target]
+    if steps and not field_files.is_store(field):
+        yield f"'targets.{name}.{steps[0]}' is for a 'field' of one store (.zarr); leave it out."
     if field and not field_files.is_store(field) and (why := refusal(field_files.by_transmission, field, waves)):
         yield f"'targets.{name}.field': {why}"
     if is_csv(reference):

@@ -16,6 +16,7 @@ from isarflow.setup import materials, overlay, ranges
 from isarflow.setup.check import check, check_experiments, check_fewest, rules
 from isarflow.setup.families import expanded
 from isarflow.setup.overlay import ALL, EXPERIMENTS
+from isarflow.setup.poses import posed
 from isarflow.setup.schema import check_schema, schema
 from isarflow.setup.yaml_file import read_yaml
 
@@ -37,13 +38,16 @@ def load_config(*overlays):
     config["radar"] = ranges.with_band(config["radar"])
     config["imaging"].setdefault("polarizations", list(config["radar"]["polarizations"]))
     ranges.write_out_snrs(config)
+    for motion in [config["motion"], *(one.get("motion", {}) for one in config["learning"]["experiments"].values())]:
+        motion |= {"poses": 0} if motion.get("poses") == "still" else {}  # none a pulse
     if isinstance(config["seed"], list):
         config["seed"], *config["further_seeds"] = config["seed"]
     config["targets"] = materials.written_out(
-        expanded(config["targets"]), lambda path: _changed(read_yaml(path), _number)
+        posed(expanded(config["targets"])), lambda path: _changed(read_yaml(path), _number)
     )
     for target in config["targets"].values():
-        target |= {key: _changed(target[key], _from_here) for key in ("mesh", "field", "reference") if key in target}
+        keys = {"mesh", "field", "reference", "background", "calibrate"} & target.keys()
+        target |= {key: _changed(target[key], _from_here) for key in keys}
         for part in target.get("parts", {}).values():
             part |= {key: _from_here(part[key]) for key in ("mesh",) if key in part}
     learning = config["learning"]

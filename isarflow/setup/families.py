@@ -11,9 +11,10 @@ from isarflow.mesh.families import is_whole, materials_of, mirror_planes
 def expanded(targets):
     """Return a config's targets with <name>_01, <name>_02, ... in place of each family of `count` models.
 
-    A model's `family` has kind, seed, number and vary. Where the config says nothing else, its kind is the family's,
-    its class the family's name, and its mirror planes, and the materials of its parts, are those that the generator
-    states. Raises InputError for a family that cannot be made, and for a model with the name of another target.
+    A family without a count is one model, the first, of the target's own name. A model's `family` has kind, seed,
+    number and vary. Where the config says nothing else, its kind is the family's, its class the family's name, and its
+    mirror planes, and the materials of its parts, are those that the generator states.
+    Raises InputError for a family that cannot be made, and for a model with the name of another target.
     """
     models = {}
     for name, target in targets.items():
@@ -23,14 +24,17 @@ def expanded(targets):
         family, key = target["family"], f"targets.{name}.family"
         check_kind(FAMILIES, family["kind"], f"config key '{key}.kind'")
         _check_vary(f"{key}.vary", family["kind"], family.get("vary", {}))
-        said = {"kind": Path(family["kind"]).stem, "symmetry": mirror_planes(family["kind"])}
+        # Of several poses all have the planes that are left where the parts have moved.
+        planes = mirror_planes(family["kind"], 0.5 if "poses" in target else 0.0)
+        said = {"kind": Path(family["kind"]).stem, "symmetry": planes}
         said |= {"class": name} if target["role"] == "known" else {}
         if parts := _parts(f"targets.{name}", family["kind"], target):
             target = target | {"parts": parts}
-        digits = max(2, len(str(family["count"])))
-        for number in range(1, family["count"] + 1):
+        digits = max(2, len(str(family.get("count", 1))))
+        for number in range(1, family.get("count", 1) + 1):
             own = {"kind": family["kind"], "seed": family["seed"], "number": number, "vary": family.get("vary", {})}
-            _add(models, f"{name}_{number:0{digits}}", {**said, **target, "family": own}, targets)
+            model = f"{name}_{number:0{digits}}" if "count" in family else name
+            _add(models, model, {**said, **target, "family": own}, {} if model == name else targets)
     return models
 
 

@@ -95,14 +95,16 @@ def _is_another(base, target):
     kind = target["family"].get("kind") if isinstance(target.get("family"), dict) else None
     if kind and kind != base.get("family", {}).get("kind"):
         return True
-    return any(_files(target[form]) != _files(base.get(form)) for form in ("mesh", "parts", "field") if form in target)
+    said = {form: target[form] for form in ("mesh", "parts", "field", "poses") if form in target}
+    return any(_files(own) != _files(base.get(form)) for form, own in said.items() if not isinstance(own, int))
 
 
 def _files(said):
     """The files that a target says: of parts without their materials, and None of a family's, which have no files."""
     if not isinstance(said, dict):
         return said
-    files = {name: part.get("mesh") if isinstance(part, dict) else part for name, part in said.items()}
+    parts = {name: part if isinstance(part, dict) else {"mesh": part} for name, part in said.items()}
+    files = {name: part.get("mesh", part.get("poses")) for name, part in parts.items()}
     return files if any(files.values()) else None
 
 

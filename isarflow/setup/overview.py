@@ -1,6 +1,7 @@
 """State in numbers, before anything runs, what a config will make."""
 
 import json
+import re
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from isarflow.core.folders import of_fields
 from isarflow.core.sweep import images_are_made, why_no_images
 from isarflow.imaging.geometry import describe, planned
 from isarflow.learning.caveats import LEARNING, warnings
+from isarflow.learning.experiments import imaged
 from isarflow.mesh import families, measures, symmetry, topology
 from isarflow.mesh.ground import from_mirror_image
 from isarflow.mesh.read import halves
@@ -74,11 +76,13 @@ def _taken(targets, fields):
 
 
 def _solves(config, sizes, fields, refuse):
-    planned, warned = {}, []  # by the name of a target, or that of a family
+    planned, warned = {}, []  # by the name of a target, with its poses, or that of a family
+    moving = {pose: name for name, target in config["targets"].items() for pose in target.get("poses", ())}
     for name, target in config["targets"].items():
         if "field" in target:
             continue
-        of_row = planned.setdefault(name.rpartition("_")[0] if "family" in target else name, [])
+        row = moving.get(name, name)
+        of_row = planned.setdefault(re.sub(r"_\d+$", "", row) if "family" in target else row, [])
         if sizes[name] is None:
             continue
         of_row.append(needs.expected(config, name, sizes[name]))
@@ -91,17 +95,18 @@ def _solves(config, sizes, fields, refuse):
             raise InputError(" ".join(filter(None, faults)))
         warned += [f"Warning: {fault}" for fault in faults if fault]
     head = "Solves, by estimate from the surfaces' areas, on two cores:"
-    lines = [_row(name, solves) for name, solves in planned.items()]
+    what = "models and poses" if moving else "models"
+    lines = [_row(name, solves, what) for name, solves in planned.items()]
     seconds = sum(band["seconds"] for solves in planned.values() for bands in solves for band in bands)
     return [head, *lines, f"  in all: {_span(seconds)}", *warned] if lines else []
 
 
-def _row(name, solves):
-    """A line on the planned solves of a target, or of all models of a family: each a list of bands."""
+def _row(name, solves, what):
+    """A line on the planned solves of a target, in all poses, or of all models of a family: each a list of bands."""
     if not solves:
         return f"  {name}: not known yet."
     most = max((bands[-1] for bands in solves), key=lambda band: band["megabytes"])
-    models = f" ({len(solves)} models)" if len(solves) > 1 else ""
+    models = f" ({len(solves)} {what})" if len(solves) > 1 else ""
     time = _span(sum(band["seconds"] for bands in solves for band in bands))
     return f"  {name}{models}: up to {most['unknowns']:,.0f} unknowns, {most['megabytes'] / 1000:.1f} GB, {time}"
 
@@ -115,7 +120,7 @@ def _span(seconds):
 def _images(config, results, seeds):
     plan, noise = planned(config), config["noise"]
     clean, noisy = plan["bytes"], noise["realizations"] * plan["bytes"]
-    most = len(config["targets"]) * (clean + noisy * len(noise["snr_db"]) * seeds)
+    most = len(imaged(config)) * (clean + noisy * len(noise["snr_db"]) * seeds)
     return [
         "Images of every target:",
         *(f"  {line}" for line in describe(plan)),

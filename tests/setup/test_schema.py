@@ -24,6 +24,7 @@ OPTIONAL = {
     "family": {"kind": "quadcopter", "count": 1, "seed": 0},
     "vary": {"arm": [0.02, 0.022]},
     "material": {"resistance": 377},
+    "calibrate": {"measured": "resources/fields/ufo.zarr", "computed": "resources/fields/ufo.zarr"},
     "parts": {"shell": {"mesh": "resources/cad/drone.stl"}},
 }
 WRONG = ("?!", -1e40, float("nan"), None, [{}])  # right for no key
@@ -64,6 +65,8 @@ def refused(config, path, edit):
     holder = config
     if {"family", "parts"} & {*path[:-1]}:
         del config["targets"]["drone"]["mesh"]
+    if {"background", "calibrate", "gate"} & {*path}:
+        config["targets"]["drone"] = {"field": "resources/fields/drone.zarr", "role": "known"}
     for key in path[:-1]:
         holder = holder.setdefault(key, copy.deepcopy(OPTIONAL.get(key)))
     edit(holder)

@@ -84,7 +84,7 @@ rule rcs:
         scattering=rules.report.input.scattering,
     output:
         page=f"{RESULTS}/rcs/index.html",
-        samples=expand(f"{RESULTS}/rcs/{{target}}.csv", target=plan.targets),
+        samples=expand(f"{RESULTS}/rcs/{{target}}.csv", target=config["targets"]),
         figures=directory(f"{RESULTS}/rcs/figures"),
         tables=directory(f"{RESULTS}/rcs/tables"),
     log:

@@ -1,6 +1,7 @@
 # scattering: a target's meshes become its backscatter over frequency and angle, one job for each frequency band.
 # Beside them a sphere, solved with the same settings and compared with the Mie series for the report.
-# A target that is given by its field has no mesh and no bands.
+# A target that is given by its field has no mesh and no bands. Of a target that moves each pose but the first is solved
+# as a target of its own.
 
 
 rule solve:
@@ -38,6 +39,7 @@ rule solve:
 rule scattering:
     input:
         bands=[f"{FIELDS}/scattering/bands/{{target}}-{band}.zarr" for band in plan.bands],
+        poses=lambda w: [f"{FIELDS}/scattering/{pose}.zarr" for pose in plan.poses(w.target)],
     output:
         directory(f"{FIELDS}/scattering/{{target}}.zarr"),
     log:
@@ -56,7 +58,7 @@ rule scattering:
     params:
         code=code("job_scattering.py"),
     message:
-        "scattering {wildcards.target}: join the bands"
+        "scattering {wildcards.target}: join the bands, and the poses of one that moves"
     script:
         "../scripts/job_scattering.py"
 
@@ -79,9 +81,13 @@ rule field:
         mem_mb=1000,
     params:
         code=code("job_field.py"),
-        files=lambda w: contents_of(*field_files.paths(config["targets"][w.target]["field"])),
+        files=lambda w: contents_of(*field_files.of_target(config["targets"][w.target])),
         settings=lambda w: section(config, "aspect", "radar")
-        | section(config["targets"][w.target], "field", *{"symmetry"}.intersection(config["targets"][w.target])),
+        | section(
+            config["targets"][w.target],
+            "field",
+            *{"symmetry", *field_files.STEPS} & config["targets"][w.target].keys(),
+        ),
     message:
         "scattering {wildcards.target}: take the field from elsewhere"
     script:

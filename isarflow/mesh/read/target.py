@@ -59,7 +59,8 @@ def read_cad(path, chord=0.0):
 def cad_of(target):
     """Return the path of a target's CAD file, or what messages call a family's model, or parts, which have none."""
     if "family" in target:
-        return "{kind}, model {number} of seed {seed}".format(**target["family"])
+        pose = f" at {target['family']['pose']:.3g} of a turn" if "pose" in target["family"] else ""
+        return "{kind}, model {number} of seed {seed}".format(**target["family"]) + pose
     return target["mesh"] if "mesh" in target else f"parts {', '.join(sorted(target['parts']))}"
 
 
@@ -99,8 +100,8 @@ def read_surfaces(path, target, chord=0.0):
     """The surfaces of a target's parts by name, or its only one, (vertices, triangles) in metres; see `read_target`."""
     chord /= target.get("scale", 1.0)
     if "family" in target:
-        family = target["family"]
-        made = families.surfaces(family) if "parts" in target else {"": families.solid(family)}
+        family, pose = target["family"], target["family"].get("pose", 0.0)
+        made = families.surfaces(family, pose) if "parts" in target else {"": families.solid(family, pose)}
     else:
         files = target.get("parts", {"": {"mesh": path}})
         made = {name: _in_unit(part["mesh"], target, chord) for name, part in sorted(files.items())}

@@ -6,43 +6,60 @@ import pandas as pd
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import azimuths, elevations, frequencies
 from isarflow.scattering.fields import ffe, field_files
-from isarflow.scattering.fields.given_store import read_store
-from isarflow.scattering.fields.places import ANGLE, find, text
+from isarflow.scattering.fields.given_store import poses_of, read_store
+from isarflow.scattering.fields.off_grid import read_measured
+from isarflow.scattering.fields.places import ANGLE, AbsentError, find, text
 from isarflow.scattering.fields.store import versions, write_field
 
 MIRRORED = 0.1  # relative: largest rms difference of a field from its mirror image; meshes are not symmetric
 
 
-def write_external(field, store_path, radar, aspect, symmetry=(), origin=None):
+def write_external(field, store_path, radar, aspect, symmetry=(), origin=None, steps=None):
     """Write the store of a target with a `field` in its config: the samples at the sweep's frequencies and directions.
 
     field: a path to a zarr store or .ffe file, a list of .ffe files, or {V: ..., H: ...} of those. symmetry: the
-    target's mirror planes in the config. origin: the SHA-256 of each path, where it is known already.
+    target's mirror planes in the config. origin: the SHA-256 of each path, where it is known already. steps: what a
+    measured store goes through before (see `off_grid`), {key: value} of `field_files.STEPS` in the target's config.
     Raises InputError if a sample of the sweep is missing, given twice with two values or not finite, and if mirror
     images differ. Warnings are printed and become the store's attribute `warnings`.
     """
     wanted = {"frequency": frequencies(radar), "elevation": elevations(aspect), "azimuth": azimuths(aspect)}
     if field_files.is_store(field):
-        samples, warnings = read_store(field, radar["polarizations"], wanted, symmetry)
+        count = poses_of(field)
+        poses = [None] if count is None else range(count)
+        read = [_from_store(field, radar["polarizations"], wanted, symmetry, pose, steps=steps) for pose in poses]
+        samples, warnings = np.array([part for part, _ in read]), read[0][1]
     else:
-        samples, warnings = _from_ffe(field, radar["polarizations"], wanted), []
+        samples, warnings = _from_ffe(field, radar["polarizations"], wanted)[None], []
     with np.errstate(over="ignore"):
         samples = samples.astype(np.complex64)
     named = ", ".join(field_files.paths(field))
-    _check_finite(named, radar["polarizations"], samples, wanted)
-    for way, part in zip(radar["polarizations"], samples, strict=True):
-        _check_not_zero(named, way, part, wanted)
-        for plane in symmetry:
-            _check_mirrored(named, way, part, wanted, plane)
+    for of_pose in samples:
+        _check_finite(named, radar["polarizations"], of_pose, wanted)
+        for way, part in zip(radar["polarizations"], of_pose, strict=True):
+            _check_not_zero(named, way, part, wanted)
+            for plane in symmetry:
+                _check_mirrored(named, way, part, wanted, plane)
     origin = origin or {path: field_files.digest(path) for path in field_files.paths(field)}
     attrs = {"formulation": "external", "origin": origin, "unknowns": None, "residual": None}
     attrs["versions"] = versions("numpy", "xarray")
     attrs |= {"warnings": warnings} if warnings else {}
+    samples = samples if len(samples) > 1 else samples[0]
     write_field(store_path, samples, radar["polarizations"], *wanted.values(), attrs)
     for path, digest in origin.items():
         print(f"field from {path}, SHA-256 {digest}")
     for sentence in warnings:
         print(f"Warning: {sentence}")
+
+
+def _from_store(*place, steps):
+    """The wanted samples of a store and a list of warnings: as they are there, or measured and interpolated."""
+    try:
+        return read_measured(*place, steps, f"{place[0]}:") if steps else read_store(*place)
+    except AbsentError as absent:
+        if steps:
+            raise
+        return read_measured(*place, why=str(absent))
 
 
 def _check_finite(named, polarizations, samples, wanted):

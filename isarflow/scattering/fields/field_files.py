@@ -6,12 +6,20 @@ from pathlib import Path
 
 from isarflow.core.errors import InputError
 
+STEPS = "background", "calibrate", "gate"  # keys of a target whose field was measured, in their order
+
 
 def paths(field):
     """All paths that a target's `field` names: one, a list, or either of them for V and H."""
     if isinstance(field, dict):
         return [path for polarization in sorted(field) for path in paths(field[polarization])]
     return [field] if isinstance(field, str) else list(field)
+
+
+def of_target(target):
+    """All paths that a target with a `field` names, those of the steps of its measurement too."""
+    background = [target["background"]] if "background" in target else []
+    return [*paths(target["field"]), *background, *target.get("calibrate", {}).values()]
 
 
 def is_store(field):

@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from isarflow.core.errors import InputError
-from isarflow.core.store import absent_chunks, absent_samples, check_given, chunk_of, has_list
-from isarflow.scattering.fields.places import ANGLE, UNITS, apart, differ, find, text
+from isarflow.core.store import SUMS, absent_chunks, absent_samples, check_given, chunk_of, has_list
+from isarflow.scattering.fields.places import ANGLE, UNITS, AbsentError, apart, differ, find, text
 from isarflow.scattering.fields.store import CONVENTION, COORDINATES
 
 WORDS = {  # of units, in small letters
@@ -15,6 +15,7 @@ WORDS = {  # of units, in small letters
     "Hz": ("hz", "hertz"),
     "degrees": ("degrees", "degree", "deg", "°"),
 }
+PULSE = "pulse"  # the dimension of a list of pulses
 LEFT_OUT = "Zarr leaves out chunks of nothing but zeros, and reads one that is lost as zeros, too"
 WHOLE = "Copy the store anew; if it is complete, write it with all chunks (write_empty_chunks=True)."
 
@@ -27,18 +28,28 @@ def check_polarizations(path, polarizations):
     _ways(path, axes["polarization"], polarizations)
 
 
-def read_store(path, polarizations, wanted, symmetry=()):
+def poses_of(path):
+    """The number of poses of a scattering store, of a target that moves; None of one without such a dimension."""
+    with _opened(path) as (dataset, _):
+        return dataset.sizes.get("pose")
+
+
+def read_store(path, polarizations, wanted, symmetry=(), pose=None):
     """The wanted samples of a scattering store, (polarization, frequency, elevation, azimuth), and a list of warnings.
 
     wanted: {axis: values (N,)}. symmetry: the target's mirror planes; with xz a sample at an azimuth that is not there
     is that of the opposite azimuth, of which cross-polarized ones have the other sign. Coordinates and co-polarized
     samples whose chunk is absent are refused, unless the store has a list of its files; cross-polarized samples, which
-    may be 0, are warned of.
+    may be 0, are warned of. pose: the number of that which is read, of a store with poses, which must have such a list.
     """
     listed = check_given(path)
+    if pose is not None and not listed:
+        raise InputError(f"{path}: a store with poses has a list of its files, {SUMS}, and this one has none.")
     with _opened(path) as (dataset, axes):
-        field = dataset["field"]
+        field = dataset["field"] if pose is None else dataset["field"].isel(pose=pose, drop=True)
         _check_kind(path, dataset)
+        if PULSE in field.dims:
+            raise AbsentError(f"{path}: a list of pulses is brought to the sweep's azimuths.")
         warnings = [] if listed else _absent_coordinates(path, axes)
         opposite = _opposite(axes["azimuth"], wanted["azimuth"]) if "xz" in symmetry else np.zeros(0, int)
         wanted = wanted | {"azimuth": wanted["azimuth"].copy()}
@@ -58,6 +69,28 @@ def read_store(path, polarizations, wanted, symmetry=()):
     return samples, warnings
 
 
+def read_pulses(path, polarizations, pose=None):
+    """All samples of a store, a grid or a list of pulses, over (polarization, frequency, pulse); frequencies ascend."""
+    listed = check_given(path)
+    with _opened(path) as (dataset, axes):
+        _check_kind(path, dataset)
+        if not listed and (absent := absent_chunks(path, "field")):
+            raise InputError(f"{path}: {absent} chunk(s) of the field are absent. {LEFT_OUT}. {WHOLE}")
+        # All pulses may have the elevation 0.
+        warnings = [] if listed else _absent_coordinates(path, {name: np.unique(axes[name]) for name in axes})
+        _ways(path, axes["polarization"], polarizations)
+        field = dataset["field"] if pose is None else dataset["field"].isel(pose=pose, drop=True)
+        order = ["polarization", "frequency", *([PULSE] if PULSE in field.dims else ["elevation", "azimuth"])]
+        samples = field.expand_dims([name for name in order if name not in field.dims]).transpose(*order).values
+    ways = [axes["polarization"].tolist().index(way) for way in polarizations]
+    ascending, angles = np.argsort(axes["frequency"]), (axes["elevation"], axes["azimuth"])
+    angles = np.broadcast_arrays(*angles) if PULSE in order else np.meshgrid(*angles, indexing="ij")
+    samples = samples.reshape(*samples.shape[:2], -1)[ways][:, ascending]
+    coordinates = {"polarization": polarizations, "frequency": axes["frequency"][ascending]}
+    coordinates |= {"elevation": (PULSE, angles[0].ravel()), "azimuth": (PULSE, angles[1].ravel())}
+    return xr.DataArray(samples, coordinates, [*order[:2], PULSE], attrs={"path": path, "warnings": warnings})
+
+
 def _opposite(given, wanted):
     """Return the places of the wanted azimuths that are not given, but whose opposites are."""
     there, opposite_there = ((apart("azimuth", given, sign * wanted[:, None]) < ANGLE).any(axis=1) for sign in (1, -1))
@@ -68,7 +101,7 @@ def _opposite(given, wanted):
 def _opened(path):
     """The dataset of a store from another program, and the values of its axes. InputError if it is not one of a field.
 
-    An axis of one value may be a scalar, over which the field is not.
+    An axis of one value may be a scalar, over which the field is not. Angles of pulses have the dimension PULSE.
     """
     try:
         with xr.open_zarr(path, mask_and_scale=False, decode_times=False) as raw:
@@ -81,8 +114,8 @@ def _opened(path):
                 raise ValueError(f"it has no {', '.join(missing)}")
             over = dataset["field"].dims
             axes = {name: dataset.variables[name] for name in COORDINATES}
-            several = {name for name, variable in axes.items() if variable.dims}
-            if {*over} != several or any(axes[name].ndim > 1 for name in several):
+            several = {dim if dim == PULSE else name for name in axes for dim in axes[name].dims}
+            if {*over} - {"pose"} != several or any(variable.ndim > 1 for variable in axes.values()):
                 raise ValueError(f"its field is over {', '.join(map(str, over))}")
             values = {name: np.atleast_1d(variable.values) for name, variable in axes.items()}
             names = [name.decode() if isinstance(name, bytes) else str(name) for name in values["polarization"]]

@@ -13,6 +13,10 @@ KEYS = {"frequency": "radar", "elevation": "aspect.elevation", "azimuth": "aspec
 SAME = 1e-4  # relative: samples of one place that agree so well count as one, as at both ends of a closed circle
 
 
+class AbsentError(InputError):
+    """A wanted place is not given."""
+
+
 def apart(name, values, reference):
     """Distances of values of an axis in the terms of its tolerance: relative to the second, or degrees."""
     if name == "frequency":
@@ -23,14 +27,14 @@ def apart(name, values, reference):
 def find(where, name, given, wanted):
     """Number the places of an axis: of the given values, -1 for one that is not wanted, and of the wanted ones.
 
-    Values of one place have one number, of the first wanted one there. Raises InputError if a wanted one is not given.
+    Values of one place have one number, of the first wanted one there. Raises AbsentError if a wanted one is not given.
     """
     check_elevations(where, given if name == "elevation" else ())
     near = apart(name, given, wanted[:, None]) < TOLERANCES[name]
     missing = wanted[~near.any(axis=1)]
     if len(missing):
-        units = (unit for unit, scale in OTHERS[UNITS[name]].items() if _all_there(name, scale * given, wanted))
-        raise InputError(
+        units = (unit for unit, scale in OTHERS[UNITS[name]].items() if all_there(name, scale * given, wanted))
+        raise AbsentError(
             f"{where}: no {name} {text(name, *missing)}, which config key '{KEYS[name]}' asks for; there is "
             f"{text(name, *given)}.{''.join(f' They look like {unit}.' for unit in units)}"
         )
@@ -38,7 +42,8 @@ def find(where, name, given, wanted):
     return of_given, of_given[near.argmax(axis=1)]
 
 
-def _all_there(name, given, wanted):
+def all_there(name, given, wanted):
+    """Tell whether all wanted values of an axis are among the given ones."""
     return (apart(name, given, wanted[:, None]) < TOLERANCES[name]).any(axis=1).all()
 
 

@@ -13,6 +13,8 @@ CONVENTION = (
     "E_s = field exp(-j k r) / r for a unit incident plane wave, exp(+j omega t), phase referred to the origin; "
     "RCS = 4 pi |field|^2; a scatterer d metres nearer to the radar than the origin has phase exp(+2 j k d)"
 )
+LISTED = "unknowns", "residual"  # attributes with a value for each frequency
+POSE = {"units": "1", "long_name": "number of the pose of a target that moves, in its cycle"}
 COORDINATES = {
     "polarization": {"units": "1", "long_name": "receive and transmit polarization (V = elevation, H = azimuth)"},
     "frequency": {"units": "Hz", "long_name": "frequency"},
@@ -25,7 +27,8 @@ def write_field(store_path, field, polarizations, frequency, elevation, azimuth,
     """Write a scattering store. field: complex64 (polarization, frequency, elevation, azimuth) in m; Hz, degrees.
 
     For directions one by one the field is (polarization, frequency, direction), elevation and azimuth (direction,).
-    receivers: elevation and azimuth (R,) of a bistatic field, whose last dimension they are.
+    receivers: elevation and azimuth (R,) of a bistatic field, whose last dimension they are. Of a target that moves the
+    field may have poses before all other dimensions.
     Raises InputError for a field that is not finite.
     """
     axes = dict(zip(COORDINATES, COORDINATES, strict=True))
@@ -39,6 +42,9 @@ def write_field(store_path, field, polarizations, frequency, elevation, azimuth,
         for angle, degrees in zip(("elevation", "azimuth"), receivers, strict=True):
             attributes = {"units": "degrees", "long_name": f"{angle} of the receiver"}
             coordinates[f"receiver_{angle}"] = ("receiver", degrees, attributes)
+    elif field.ndim == 1 + len(dims):
+        dims = ["pose", *dims]
+        coordinates["pose"] = ("pose", np.arange(len(field)), POSE)
     dataset = xr.Dataset(
         {"field": (dims, field, {"units": "m", "long_name": name})},
         coords=coordinates,
@@ -47,13 +53,24 @@ def write_field(store_path, field, polarizations, frequency, elevation, azimuth,
     _write(dataset, store_path)
 
 
-def join_bands(band_paths, store_path, attrs=None):
-    """Join the bands of a target along frequency, with the attributes of all bands and `attrs` as well."""
+def join_bands(band_paths, store_path, attrs=None, poses=()):
+    """Join the bands of a target along frequency, with the attributes of all bands and `attrs` as well.
+
+    poses: the paths of stores of its further poses, if it moves. The field has a first dimension `pose` then, and
+    unknowns and residual are, of each frequency, the largest of all poses.
+    """
     parts = [open_store(path).load() for path in band_paths]
     dataset = xr.concat(parts, "frequency", combine_attrs="override", data_vars="all")
-    for name in ("unknowns", "residual"):
+    for name in LISTED:
         dataset.attrs[name] = [value for part in parts for value in part.attrs[name]]
     dataset.attrs |= attrs or {}
+    if poses:
+        every = [dataset, *(open_store(path).load() for path in poses)]
+        numbers = xr.DataArray(np.arange(len(every)), dims="pose", name="pose", attrs=POSE)
+        dataset = xr.concat(every, numbers, combine_attrs="override", data_vars="all")
+        for name in LISTED:
+            of_poses = zip(*(one.attrs[name] for one in every), strict=True)
+            dataset.attrs[name] = [None if None in values else max(values) for values in of_poses]
     _write(dataset, store_path)
 
 

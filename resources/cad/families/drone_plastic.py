@@ -15,6 +15,7 @@ class Family(Generator):
         "blades": {"material": {"name": "polyamide", "thickness": 0.002}},
         "metal": {},
     }
+    REPEATS = "blades"
     PARAMETERS = {
         "reach": {"minimum": 0.15, "maximum": 0.28, "unit": "m", "description": "from the middle to a motor"},
         "front": {"minimum": 36, "maximum": 54, "unit": "degrees", "description": "of the first motor, from the nose"},

@@ -27,6 +27,7 @@ class Family(Generator):
         "skid_height": {"minimum": 0.045, "maximum": 0.075, "unit": "m", "description": "of the skids below the cabin"},
     }
     MOVED = ()
+    REPEATS = "blades"
 
     def parts(self, values, pose=0.0):
         radius, half, back = values["radius"], values["cabin"] / 2, values["boom"]

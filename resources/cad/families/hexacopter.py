@@ -6,6 +6,7 @@ from isarflow.mesh.families import Generator
 
 
 class Family(Generator):
+    REPEATS = "blades"
     PARAMETERS = {
         "reach": {"minimum": 0.17, "maximum": 0.32, "unit": "m", "description": "from the middle to a motor"},
         "front": {"minimum": 26, "maximum": 34, "unit": "degrees", "description": "of the first motor, from the nose"},

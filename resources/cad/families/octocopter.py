@@ -6,6 +6,7 @@ from isarflow.mesh.families import Generator
 
 
 class Family(Generator):
+    REPEATS = "blades"
     PARAMETERS = {
         "reach": {"minimum": 0.21, "maximum": 0.38, "unit": "m", "description": "from the middle to a motor"},
         "front": {"minimum": 20, "maximum": 25, "unit": "degrees", "description": "of the first motor, from the nose"},

@@ -6,6 +6,7 @@ from isarflow.mesh.families import Generator
 
 
 class Family(Generator):
+    REPEATS = "blades"
     PARAMETERS = {
         "reach": {"minimum": 0.15, "maximum": 0.28, "unit": "m", "description": "from the middle to a motor"},
         "front": {"minimum": 36, "maximum": 54, "unit": "degrees", "description": "of the first motor, from the nose"},
