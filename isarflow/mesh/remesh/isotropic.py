@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import igl
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -27,12 +28,13 @@ TOO_SHORT, STAY = 0.3, 0.05  # wanted edges: shortest edge, and largest move of 
 LEAST_ANGLE = 20.0  # degrees; no vertex moves to make a smaller one
 RELAX, SLOW = 0.7, 0.35  # of the way to its neighbours' middle that a vertex moves; behind rows on open borders
 EVEN = 5  # moves of the vertices before a row is added
-SETTLE = 10  # moves of the vertices behind the row
+NARROW, WIDER = 0.2, 0.4  # wanted edges: width of the first triangles where no row is, and increase per row
+SETTLE = 10  # moves of the vertices behind the row, or to that
 P99, LONGEST = 1.345, 1.45  # wanted edges, for 99 % shorter than P99_LIMIT in the end, and all than 1.6
 P99_LIMIT = 1.35
-SHORTER = 0.99  # of that
-MEAN = 0.965, 0.994, 1  # wanted edges: a mean in this range needs no more passes; power of its error in the aim's
-ROOMY = 0.99, 0.998, 2  # the same of open meshes
+# Wanted edges: a mean in this range needs no more passes; power of its error in the aim's; what else shortens P99.
+MEAN = 0.965, 0.994, 1, 0.97
+ROOMY = 0.99, 0.998, 2, 0.99  # the same of meshes with rows
 LEAST_SLOPE = 1e-12  # of the volume
 SAG = 3 / 4  # of the distance of a face's centre from a curved surface: mean distance of all its points
 OTHER_SIDE = 10  # times the distance of the other side's wall: largest distance of this side's wall
@@ -78,7 +80,8 @@ def remesh(vertices, triangles, size, solid, axes=()):
     """Remesh a surface, part of a whole `solid`, with edges of the Size, or shorter on average; rims in `axes` stay."""
     ground, whole = Ground(vertices, triangles, axes), Ground(*solid)
     source, aim = (vertices, triangles), AIM * room(vertices, triangles, size(vertices), axes)
-    low, high, power = MEAN if aim == AIM else ROOMY
+    rows = aim > AIM
+    low, high, power, shorter = ROOMY if rows else MEAN
     vertices, triangles = halved(vertices, triangles, size.scaled(aim), axes)
     best, fewest = None, np.inf
     for number in range(PASSES + MORE):
@@ -91,11 +94,11 @@ def remesh(vertices, triangles, size, solid, axes=()):
         vertices = relax(vertices, triangles, wanted(vertices), ground)
         if number < PASSES - 1:
             continue
-        made = _finished(vertices, triangles, size, ground, axes)
+        made = _finished(vertices, triangles, size, ground, axes, rows)
         mean, most = _ratios(*made, size).mean(), P99
         while number == PASSES + MORE - 1 and mean > high:  # its longest edges are cut where no edit changes it
-            most *= SHORTER
-            made = _finished(vertices, triangles, size, ground, axes, most)
+            most *= shorter
+            made = _finished(vertices, triangles, size, ground, axes, rows, most)
             mean = _ratios(*made, size).mean()
         fits = mean <= high
         if best is None or (fits and len(made[1]) < fewest):
@@ -190,11 +193,24 @@ def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf, held=s
     return points
 
 
-def _finished(vertices, triangles, size, ground, axes, most=P99):
-    """A mesh of few long edges, with a row of narrow triangles along open borders, where the current has no limit."""
+def narrowed(vertices, triangles, size, ground, axes):
+    """Move vertices so that triangles along open borders, where the current has no limit, are narrow, not shorter."""
+    borders = np.sort(open_borders(vertices, triangles, axes)[0], axis=1)
+    for _ in range(SETTLE if len(borders) else 0):
+        tree, wanted, ends = igl.AABB(), size(vertices), topology.edges(triangles).ends
+        tree.init(vertices, borders)
+        apart = np.sqrt(tree.squared_distance(vertices, borders, vertices)[0])
+        narrow = np.minimum(wanted, NARROW * wanted + WIDER * apart)
+        vertices = relax(vertices, triangles, narrow, ground, SLOW, P99 * wanted[ends].mean(axis=1))
+        triangles = flip(vertices, triangles, wanted, DEVIATION, axes)
+    return vertices, triangles
+
+
+def _finished(vertices, triangles, size, ground, axes, rows, most=P99):
+    """A mesh of few long edges, narrow triangles along open borders: in `rows` of one width, or as far as they move."""
+    if not rows:
+        return narrowed(*fitting(vertices, triangles, size, ground, axes, most), size, ground, axes)
     borders, _ = open_borders(vertices, triangles, axes)
-    if len(borders) == 0:
-        return fitting(vertices, triangles, size, ground, axes, most)
     ratio = np.sort(topology.lengths(vertices, borders) / size(vertices)[borders].mean(axis=1))
     few = int(ratio.sum()) - len(ratio)  # so many more fit along the borders
     if few > 0:
