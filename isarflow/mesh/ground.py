@@ -63,6 +63,14 @@ class Ground:
             place[mine] = tree.squared_distance(self.vertices, ends, np.ascontiguousarray(points[mine]))[2]
         return place
 
+    def put(self, points, normal, on_line, most):
+        """Places of points (P, 3) on the surface, `on_line` on features; points farther than `most` metres stay."""
+        place = np.empty_like(points)
+        place[~on_line] = self.nearest(points[~on_line], normal[~on_line], most[~on_line])
+        place[on_line] = self.on_line(points[on_line])
+        near = ((place - points) ** 2).sum(axis=1) <= most**2
+        return np.where(near[:, None], place, points)
+
     def _planes(self, points):
         """Mirror planes in which points (P, 3) lie: a number with a bit for each plane, (P,)."""
         return (points[:, self.axes] == 0) @ (1 << np.arange(len(self.axes)))

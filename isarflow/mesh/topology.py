@@ -231,6 +231,12 @@ def angles(corners):
     return _angles(ahead, double_area)
 
 
+def vertex_normals(vertices, triangles):
+    """Return unit normals at the vertices, (V, 3), weighted by angles."""
+    weight, normal = angles(vertices[triangles]), shape(vertices[triangles])[0]
+    return unit(gathered(triangles, weight[:, :, None] * normal[:, None], len(vertices)))
+
+
 def lengths(vertices, ends):
     """Return metres between each of the pairs of vertices `ends` (E, 2), (E,)."""
     start, stop = vertices[ends].transpose(1, 0, 2)

@@ -12,6 +12,7 @@ from isarflow.mesh.ground import SAME_SIDE, Ground
 from isarflow.mesh.progress import going
 from isarflow.mesh.remesh.edits import Limits, collapse, cut_edges, flip, lines
 from isarflow.mesh.remesh.misses import GOAL
+from isarflow.mesh.remesh.rows import STILL, made_room, open_borders, room, with_row
 from isarflow.mesh.repair.arrange import crossings
 
 GRADE = 0.35  # metres by which edges grow for each metre away from where they are short
@@ -25,14 +26,15 @@ SHORT, LONG = 0.8, 1.33  # of the aim: edges outside are collapsed or cut
 DEVIATION = 0.2  # wanted edges that one edit may move the surface, seen from a vertex; chords move a quarter of it
 TOO_SHORT, STAY = 0.3, 0.05  # wanted edges: shortest edge, and largest move of the surface, while long edges are halved
 LEAST_ANGLE = 20.0  # degrees; no vertex moves to make a smaller one
-STILL = 0.8  # cosine of the angle by which a moved vertex may turn a triangle
-RELAX, SLOW = 0.7, 0.35  # of the way to its neighbours' middle that a vertex moves; beside open borders
-NARROW, WIDER = 0.2, 0.4  # wanted edges: width of the first row of triangles on open borders, and increase per row
-SETTLE = 10  # moves of the vertices to that
+RELAX, SLOW = 0.7, 0.35  # of the way to its neighbours' middle that a vertex moves; behind rows on open borders
+EVEN = 5  # moves of the vertices before a row is added
+NARROW, WIDER = 0.2, 0.4  # wanted edges: width of the first triangles where no row is, and increase per row
+SETTLE = 10  # moves of the vertices behind the row, or to that
 P99, LONGEST = 1.345, 1.45  # wanted edges, for 99 % shorter than P99_LIMIT in the end, and all than 1.6
 P99_LIMIT = 1.35
-SHORTER = 0.97  # of that
-MEAN = 0.965, 0.994  # wanted edges: a mean in this range needs no more passes
+# Wanted edges: a mean in this range needs no more passes; power of its error in the aim's; what else shortens P99.
+MEAN = 0.965, 0.994, 1, 0.97
+ROOMY = 0.99, 0.998, 2, 0.99  # the same of meshes with rows
 LEAST_SLOPE = 1e-12  # of the volume
 SAG = 3 / 4  # of the distance of a face's centre from a curved surface: mean distance of all its points
 OTHER_SIDE = 10  # times the distance of the other side's wall: largest distance of this side's wall
@@ -77,7 +79,9 @@ class Size(NamedTuple):
 def remesh(vertices, triangles, size, solid, axes=()):
     """Remesh a surface, part of a whole `solid`, with edges of the Size, or shorter on average; rims in `axes` stay."""
     ground, whole = Ground(vertices, triangles, axes), Ground(*solid)
-    source, aim = (vertices, triangles), AIM
+    source, aim = (vertices, triangles), AIM * room(vertices, triangles, size(vertices), axes)
+    rows = aim > AIM
+    low, high, power, shorter = ROOMY if rows else MEAN
     vertices, triangles = halved(vertices, triangles, size.scaled(aim), axes)
     best, fewest = None, np.inf
     for number in range(PASSES + MORE):
@@ -90,18 +94,18 @@ def remesh(vertices, triangles, size, solid, axes=()):
         vertices = relax(vertices, triangles, wanted(vertices), ground)
         if number < PASSES - 1:
             continue
-        made = narrowed(*fitting(vertices, triangles, size, ground, axes), size, ground, axes)
+        made = _finished(vertices, triangles, size, ground, axes, rows)
         mean, most = _ratios(*made, size).mean(), P99
-        while number == PASSES + MORE - 1 and mean > MEAN[1]:  # its longest edges are cut where no edit changes it
-            most *= SHORTER
-            made = narrowed(*fitting(vertices, triangles, size, ground, axes, most), size, ground, axes)
+        while number == PASSES + MORE - 1 and mean > high:  # its longest edges are cut where no edit changes it
+            most *= shorter
+            made = _finished(vertices, triangles, size, ground, axes, rows, most)
             mean = _ratios(*made, size).mean()
-        fits = mean <= MEAN[1]
+        fits = mean <= high
         if best is None or (fits and len(made[1]) < fewest):
             best, fewest = made, len(made[1]) if fits else np.inf
-        if fits and mean >= MEAN[0]:
+        if fits and mean >= low:
             break
-        aim *= np.clip(sum(MEAN) / 2 / mean, *STEPS) if number > PASSES else 1.0
+        aim *= np.clip(((low + high) / 2 / mean) ** power, *STEPS) if number > PASSES else 1.0
     vertices, triangles = best
     for axis in axes:
         vertices, triangles = lift_chords(vertices, triangles, source, axis)
@@ -121,12 +125,12 @@ def halved(vertices, triangles, size, axes=()):
     return vertices, triangles
 
 
-def fitting(vertices, triangles, size, ground, axes, most=P99):
-    """Cut edges until few are longer than `most` wanted lengths, and no more than needed."""
+def fitting(vertices, triangles, size, ground, axes, most=P99, rims=None):
+    """Cut edges until few are longer than `most` wanted lengths, and no more than needed; without `rims` inner ones."""
     ratio = np.sort(_ratios(vertices, triangles, size))
     too_long = max(int(np.ceil((ratio > most).sum() - 0.008 * len(ratio))), 0)
     longest = min(LONGEST, ratio[-1 - too_long]) if too_long else LONGEST
-    vertices, triangles = split(vertices, triangles, size, longest, ground)
+    vertices, triangles = split(vertices, triangles, size, longest, ground, rims)
     return vertices, flip(vertices, triangles, size(vertices), DEVIATION, axes)
 
 
@@ -136,14 +140,14 @@ def _ratios(vertices, triangles, size):
     return topology.lengths(vertices, ends) / size(vertices)[ends].mean(axis=1)
 
 
-def split(vertices, triangles, size, longest, ground=None):
-    """Cut edges above `longest` wanted lengths, and put the cuts on the ground, if one is given."""
+def split(vertices, triangles, size, longest, ground=None, rims=None):
+    """Cut edges above `longest` wanted lengths, `rims` too; put the cuts on the ground, if one is given."""
     while True:
         going(f"cut long edges of {len(triangles)} triangles")
-        ends, sides, _ = topology.edges(triangles)
+        ends, sides, count = topology.edges(triangles)
         span = topology.lengths(vertices, ends)
         ratio = span / size(vertices)[ends].mean(axis=1)
-        cut = ratio > longest
+        cut = (ratio > longest) & (True if rims is None else (count == 1) == rims)
         if not cut.any():
             return vertices, triangles
         start, stop = vertices[ends].transpose(1, 0, 2)
@@ -151,28 +155,16 @@ def split(vertices, triangles, size, longest, ground=None):
         parts = np.maximum(np.rint(ratio), 2)
         points, feature = start + (parts // 2 / parts)[:, None] * (stop - start), topology.features(vertices, triangles)
         if ground is not None:
-            normal = topology.unit(_vertex_normals(vertices, triangles)[ends[cut]].sum(axis=1))
-            points[cut] = _grounded(points[cut], normal, feature[cut], ground, span[cut] / 3)
+            normal = topology.unit(topology.vertex_normals(vertices, triangles)[ends[cut]].sum(axis=1))
+            points[cut] = ground.put(points[cut], normal, feature[cut], span[cut] / 3)
         vertices, triangles = cut_edges(vertices, triangles, sides, np.where(cut, ratio, 0), points)
 
 
-def _grounded(points, normal, on_line, ground, most):
-    """Put points on the ground, or on its features, if that is within `most` metres; else leave them."""
-    place = np.empty_like(points)
-    place[~on_line] = ground.nearest(points[~on_line], normal[~on_line], most[~on_line])
-    place[on_line] = ground.on_line(points[on_line])
-    near = ((place - points) ** 2).sum(axis=1) <= most**2
-    return np.where(near[:, None], place, points)
+def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf, held=slice(0)):
+    """Move vertices of `wanted` (V,) edges on the ground, part of the way to the middle of triangles or features.
 
-
-def _vertex_normals(vertices, triangles):
-    """Unit normals at the vertices, (V, 3), weighted by angles."""
-    weight, normal = topology.angles(vertices[triangles]), topology.shape(vertices[triangles])[0]
-    return topology.unit(topology.gathered(triangles, weight[:, :, None] * normal[:, None], len(vertices)))
-
-
-def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf):
-    """Move vertices of `wanted` (V,) edges on the ground, part of the way to the middle of triangles or features."""
+    The vertices `held` stay.
+    """
     seen = lines(vertices, triangles)
     normal, _, angle = topology.shape(vertices[triangles])
     weight = topology.areas(vertices, triangles) / wanted[triangles].mean(axis=1) ** 2
@@ -183,10 +175,11 @@ def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf):
     line = (seen.count == 2) & ~seen.fixed
     ends = seen.edges.ends[seen.feature]
     target[line] = (topology.gathered(ends, vertices[ends[:, ::-1]], len(vertices)) / 2)[line]
-    move, up = way * (target - vertices), _vertex_normals(vertices, triangles)
+    move, up = way * (target - vertices), topology.vertex_normals(vertices, triangles)
     move[~line] -= ((move * up).sum(axis=1)[:, None] * up)[~line]
-    points = _grounded(vertices + move, up, line, ground, wanted)
+    points = ground.put(vertices + move, up, line, wanted)
     points[seen.fixed] = vertices[seen.fixed]
+    points[held] = vertices[held]
     ends = seen.edges.ends
     most = np.maximum(longest, (1 + 1e-9) * topology.lengths(vertices, ends))
     for _ in range(10):  # a vertex that would turn or flatten a triangle, or make an edge too long, stays
@@ -202,10 +195,10 @@ def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf):
 
 def narrowed(vertices, triangles, size, ground, axes):
     """Move vertices so that triangles along open borders, where the current has no limit, are narrow, not shorter."""
-    borders = _borders(vertices, triangles, axes)[0]
+    borders = np.sort(open_borders(vertices, triangles, axes)[0], axis=1)
     for _ in range(SETTLE if len(borders) else 0):
         tree, wanted, ends = igl.AABB(), size(vertices), topology.edges(triangles).ends
-        tree.init(vertices, np.ascontiguousarray(borders))
+        tree.init(vertices, borders)
         apart = np.sqrt(tree.squared_distance(vertices, borders, vertices)[0])
         narrow = np.minimum(wanted, NARROW * wanted + WIDER * apart)
         vertices = relax(vertices, triangles, narrow, ground, SLOW, P99 * wanted[ends].mean(axis=1))
@@ -213,14 +206,29 @@ def narrowed(vertices, triangles, size, ground, axes):
     return vertices, triangles
 
 
-def _borders(vertices, triangles, axes):
-    """Edges with one triangle, (R, 2), and that triangle, (R,), except those in the mirror planes `axes`."""
-    borders, owner, _ = topology.rims(triangles)
-    for axis in axes:
-        beside = vertices[:, axis] != 0
-        is_open = beside[borders].any(axis=1) | ~beside[triangles[owner]].any(axis=1)
-        borders, owner = borders[is_open], owner[is_open]
-    return borders, owner
+def _finished(vertices, triangles, size, ground, axes, rows, most=P99):
+    """A mesh of few long edges, narrow triangles along open borders: in `rows` of one width, or as far as they move."""
+    if not rows:
+        return narrowed(*fitting(vertices, triangles, size, ground, axes, most), size, ground, axes)
+    borders, _ = open_borders(vertices, triangles, axes)
+    ratio = np.sort(topology.lengths(vertices, borders) / size(vertices)[borders].mean(axis=1))
+    few = int(ratio.sum()) - len(ratio)  # so many more fit along the borders
+    if few > 0:
+        vertices, triangles = split(vertices, triangles, size, ratio[-1 - few], ground, rims=True)
+    for _ in range(EVEN):
+        vertices = relax(vertices, triangles, size(vertices), ground)
+        triangles = flip(vertices, triangles, size(vertices), DEVIATION, axes)
+    borders, owner = open_borders(vertices, triangles, axes)
+    points, corner = made_room(vertices, triangles, size(vertices), ground, borders, owner)
+    held, moved = topology.used(borders), (points != vertices).any(axis=1)
+    for cuts in (False, True):
+        if cuts:
+            points, triangles = fitting(points, triangles, size, ground, axes, most, rims=False)
+        for _ in range(SETTLE):
+            wanted, ends = size(points), topology.edges(triangles).ends
+            points = relax(points, triangles, wanted, ground, SLOW, P99 * wanted[ends].mean(axis=1), held)
+            triangles = flip(points, triangles, size(points), DEVIATION, axes)
+    return with_row(points, triangles, vertices, borders[moved[borders].any(axis=1)], moved, corner, ground)
 
 
 def lift_chords(vertices, triangles, source, axis):
@@ -262,7 +270,7 @@ def restore_chords(vertices, triangles, source, edge, axes):
     """Move vertices of an open mesh so that chords are equally inside and outside: see `restore_volume`."""
     corners, ground = vertices[triangles], Ground(*source)
     push, _ = _pushes(vertices, triangles, _own_depth(corners, ground), topology.normals(corners), axes)
-    borders, owner = _borders(vertices, triangles, axes)
+    borders, owner = open_borders(vertices, triangles, axes)
     middle = vertices[borders].mean(axis=1)
     along = vertices[borders[:, 1]] - vertices[borders[:, 0]]
     out = np.cross(along, ground.normal[ground.distance(middle)[1]])  # about as long as the edge
