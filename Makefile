@@ -19,7 +19,7 @@
 # make bench-meshing: what meshing takes beside solving: the default targets, a UAV, half a million triangles (ten minutes)
 # make bench-shapes: fields of targets with fine features beside those of finer meshes (five minutes)
 # make bench-sheets: shells of thin materials beside their series, and how thick a sheet may be (two minutes)
-# make bench-flyers: a plastic drone beside its metal twin (five minutes)
+# make bench-flyers: a plastic drone and a bird of water beside their metal twins (ten minutes)
 # make bench-surfaces: where a surface impedance stands for an opaque body or a coating, by series and solves (five minutes)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-imagers: two points by each imager, over distance, SNR and gaps (ten minutes)
@@ -130,9 +130,9 @@ aircraft-meshes: environment
 	snakemake --cores $(CORES) results/quick/mesh/aircraft.json
 
 flyers-images: environment
-	snakemake --cores $(CORES) results/flyers-fields/imaging/drone_plastic_01/clean.zarr \
+	snakemake --cores $(CORES) $(patsubst %,results/flyers-fields/imaging/%_01/clean.zarr,drone_plastic bird_water) \
 		--configfile config/flyers-fields.yaml
-	snakemake --cores $(CORES) results/flyers-twins/imaging/drone_plastic_01/clean.zarr \
+	snakemake --cores $(CORES) $(patsubst %,results/flyers-twins/imaging/%_01/clean.zarr,drone_plastic bird_water) \
 		--configfile config/flyers.yaml resources/fields/flyers/twins.yaml
 
 rays: environment

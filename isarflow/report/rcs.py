@@ -6,6 +6,7 @@ from isarflow.report import rcs_figures, section_run
 from isarflow.report.layout import Section, figure, style, table
 from isarflow.report.page import Part, write_page
 from isarflow.report.results import Results
+from isarflow.report.section_scattering import origin
 from isarflow.scattering.fields.compared import compare, differences, worst_cut
 from isarflow.scattering.fields.cuts import LABELS, Curve, by_transmitter, in_words
 from isarflow.scattering.fields.rcs import PERCENTS, as_table, percentiles
@@ -41,6 +42,7 @@ def _section(results, name):
         figures.append(rcs_figures.cut_figure(title, part, reach, CURVES))
         figures.append(rcs_figures.cut_figure(title, part, reach, CURVES, polar=True, name="rcs_polar"))
         figures += [rcs_figures.map_figure(title, part), rcs_figures.frequency_figure(title, part, CURVES)]
+    text.append(origin(name, dataset.attrs, name in results.meshed))
     text.append(f"Every sample with its phase: {name}.csv beside this page.")
     return Section(f"rcs-{name}", name, tuple(text), tuple(filter(None, figures)), tuple(tables))
 

@@ -29,11 +29,10 @@ def section(results):
         shown = [name for name, mesh in results.meshes.items() if name in results.drawn or mesh["repairs"]]
         repairs = [f"{name} ({counted(results.meshes[name]['repairs']) or 'none'})" for name in shown]
         text.append(f"Repairs in the CAD files: {'; '.join(repairs)}.")
-    for name, target in results.settings["targets"].items():
-        if poses := target.get("poses"):
-            text.append(f"{name} moves: it has {len(poses) + 1} poses, each meshed and solved; the first is drawn.")
-            if "family" in target:
-                text.append(f"All rotors, or wings, of {name} move together.")
+    said = results.settings["targets"]
+    if moving := [f"{name} {1 + len(said[name]['poses'])}" for name in results.targets if "poses" in said[name]]:
+        text.append(f"Targets that move have several poses, each meshed and solved: {', '.join(moving)}.")
+        text.append("The first is drawn. All rotors, or wings, of a family's model move together.")
     if without := [name for name in results.targets if name not in results.meshed]:
         text.append(f"No mesh: {', '.join(without)}, given by the field alone.")
     return Section("meshes", "Meshes", tuple(text), tuple(figures), tables)

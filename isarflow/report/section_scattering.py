@@ -21,7 +21,7 @@ def section(results):
     figures, text = [], [_method(results)] if results.meshed else []
     for name in results.drawn:
         dataset = results.scattering(name)
-        text.append(_origin(name, dataset.attrs, name in results.meshed))
+        text.append(origin(name, dataset.attrs, name in results.meshed))
         for title, part in by_transmitter(name, dataset, CURVES):
             drawn = title, part, results.reach(name), CURVES
             figures.append(cut_figure(*drawn, polar=True) or cut_figure(*drawn))
@@ -43,7 +43,7 @@ def _method(results):
     )
 
 
-def _origin(name, attrs, solved):
+def origin(name, attrs, solved):
     """Return how large a target's systems were and how well solved, or which files its store, of `attrs`, is from."""
     if not solved:
         files = ", ".join(f"{path} (SHA-256 {digest[:12]}…)" for path, digest in attrs["origin"].items())

@@ -102,7 +102,7 @@ def test_the_pages_have_every_pose_and_draw_the_first(project):
     finished = project.run("--cores", 2, "rcs", "report", "check", *OF)
     assert finished.returncode == 0, finished.stdout
     page = (project.folder / "results/moving/report/index.html").read_text()
-    assert "flyer moves: it has 2 poses, each meshed and solved; the first is drawn." in page
+    assert "Targets that move have several poses, each meshed and solved: flyer 2." in page
     assert (project.folder / "results/moving/rcs/flyer_pose_01.csv").exists()
     assert "flyer_pose_01:" in (project.folder / "results/moving/check.txt").read_text()
 

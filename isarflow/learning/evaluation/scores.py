@@ -22,7 +22,8 @@ SCORED = [*CASE, "snr_definition", "fold", "metric"]
 COLUMNS = [*SCORED, "value", "low", "high", "n"]
 CONFUSION = [*CASE, "target", "predicted", "count"]
 VALIDATION = [*CASE, "metric", "value", "n"]
-OF_LOOKS = ("f1_weighted", "auroc", *judge.MIXES)  # metrics of several looks by family
+OF_LOOKS = ("f1_weighted", "auroc", *judge.MIXES)  # metrics of several looks by family, of the open set
+OF_CLOSED_LOOKS = ("accuracy", "f1_weighted")
 NO_SHARES = ("threshold", "f1_weighted_gain")  # metrics that may lie outside 0 to 1
 
 
@@ -92,7 +93,7 @@ def _judged(head, run, tables, definition, seed, kept_share, track, kinds):
 def _looks(table, kept_share, kinds, seed, step, aperture):
     """(score, threshold) and (metric, value, low, high, n) of the weighted F1 of several looks together.
 
-    By family, where blocks are models and so have intervals, of all metrics of the open set.
+    By family, where blocks are models and so have intervals, of OF_LOOKS and, of the closed set, OF_CLOSED_LOOKS.
     """
     table = table[table["side"] != LEFT_OUT]
     for count in LOOKS:
@@ -100,9 +101,9 @@ def _looks(table, kept_share, kinds, seed, step, aperture):
         known = together[together["role"] == "known"]
         if known.groupby("fold")["side"].nunique().reindex(table["fold"].unique()).eq(2).all():  # chosen on some, too
             for decision in judge.decide(together, kept_share, kinds):
-                if kinds is not None and decision.score:
+                if kinds is not None:
                     for fold, metric, *row in judge.rows(decision, seed):
-                        if not fold and metric in OF_LOOKS:
+                        if not fold and metric in (OF_LOOKS if decision.score else OF_CLOSED_LOOKS):
                             yield (decision.score, decision.threshold), (f"{metric}_{count}_looks", *row)
                 elif decision.is_final:
                     f1 = metrics.metrics_of_labels(decision.test["truth"], decision.predicted)["f1_weighted"]
