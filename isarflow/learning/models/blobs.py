@@ -6,8 +6,8 @@ from scipy.stats import gamma
 
 from isarflow.learning.classifier import OTHER, Classifier, Outcome
 from isarflow.learning.data.features import by_channel, unit
+from isarflow.learning.noise import FAINT
 
-FAINT = 0.25  # of an image's pixels, the faintest, are taken for noise alone
 FALSE = 0.003  # share of the pixels of noise alone that pass for scatterers, before only maxima are kept
 DYNAMIC = 1e-3  # of the strongest scatterer's power: fainter ones are sidelobes of the window
 TINY = 1e-6  # of the strongest pixel's power, the least of which a logarithm is taken
