@@ -12,6 +12,7 @@ from isarflow.learning.noise import covariance, loaded
 SHAPE = 2, 4, 3
 PIXELS = np.prod(SHAPE)
 WIENER = {"of": "zncc"}
+AUTOENCODER = WIENER | {"width": 48, "epochs": 8, "batch": 64, "learning_rate": 0.003}
 
 
 def drawn(random, count, powers):
@@ -105,7 +106,7 @@ def test_images_without_noise_pass_unchanged(folder):
     assert along.min() > 0.99
 
 
-@pytest.mark.parametrize(("kind", "settings"), [("wiener", WIENER)])
+@pytest.mark.parametrize(("kind", "settings"), [("wiener", WIENER), ("autoencoder", AUTOENCODER)])
 def test_the_model_behind_judges_the_images(kind, settings, folder, tmp_path):
     model, (images, labels) = fitted(folder, kind, settings), library()
     outcome = model.evaluate(images[:70])
@@ -119,3 +120,16 @@ def test_the_model_behind_judges_the_images(kind, settings, folder, tmp_path):
     assert not [*of_restored(model, build_classifier(kind, settings, 0), own, images)]
     empty = model.evaluate(np.zeros((1, *SHAPE), np.complex64))
     assert np.isfinite(empty.scores).all()
+
+
+def test_the_autoencoder_takes_out_most_of_the_noise(folder):
+    """At two levels: what is left is less than the noise, more than the least that a linear estimate leaves."""
+    model = fitted(folder, "autoencoder", AUTOENCODER)
+    for share in (0.1, 0.5):
+        clean, seen = (of.reshape(len(of), -1) for of in noisy(share))
+        made = model.denoised(seen.reshape(-1, *SHAPE).astype(np.complex64)).reshape(len(seen), -1)
+        # Of unit energy in, of unit energy aimed at.
+        error = (np.abs(made - clean / np.sqrt(1 - share)) ** 2).sum(axis=1).mean()
+        assert error < 0.75 * share / (1 - share), share
+    once, again = (fitted(folder, "autoencoder", AUTOENCODER | {"epochs": 1}).hidden_ for _ in range(2))
+    np.testing.assert_array_equal(once, again)
