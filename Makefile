@@ -2,6 +2,7 @@
 # make report: the default experiment, from CAD to results/quick/report/index.html
 # make thesis: the reference experiment at full size, from the fields of resources/fields (hours of learning)
 # make recognition: the same at full size in three polarizations: docs/recognition.md (half an hour), published
+# make recommended: scatterers assigned, and a Wiener filter or an autoencoder first, beside ZNCC and the likelihood: scores alone
 # make models: what the thesis's figures are with other drones and missiles, for docs/results.md (two hours), published
 # make benchmark: fifteen targets, five protocols, the leaderboard of docs/benchmark.md (an hour), published
 # make kinds: whether models of kinds are recognised that never trained, docs/kinds.md (75 minutes), published
@@ -41,7 +42,7 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke optics-meshes aircraft-meshes flyers-images rays report thesis recognition models benchmark kinds kinds-growth test lint docs environment results validate \
+.PHONY: smoke optics-meshes aircraft-meshes flyers-images rays report thesis recognition recommended models benchmark kinds kinds-growth test lint docs environment results validate \
 	fields check-fields bench-device
 
 smoke: environment
@@ -57,6 +58,10 @@ recognition: environment
 	snakemake --cores $(CORES) results/recognition/learning/scores.csv \
 		--configfile config/thesis.yaml config/thesis-fields.yaml config/recognition.yaml
 	PYTHONPATH=studies/stewart-burger-2023 python resources/results/recognition.py results/recognition
+
+recommended: environment
+	snakemake --cores $(CORES) results/recommended/learning/scores.csv \
+		--configfile config/thesis.yaml config/thesis-fields.yaml config/recognition.yaml config/recommended.yaml
 
 models: environment
 	python resources/results/models.py --cores $(CORES)

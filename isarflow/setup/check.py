@@ -347,14 +347,14 @@ def training_images(config, run, settings):
 
 
 def _of_members(key, model, named, models):
-    """Check that models whose scores are added are fitted in the same run, and learn the same classes."""
+    """Check that models whose scores others take are fitted in the same run, and learn the same classes."""
     for member in members(models, model):
         if member not in named:
-            yield f"{key}: {model} adds the scores of {member}; name {member} among them, too."
+            yield f"{key}: {model} takes the scores of {member}; name {member} among them, too."
         elif bool(models[member].get("other", False)) != bool(models[model].get("other", False)):
-            yield f"{key}: {model} adds the scores of {member}; both or neither must have 'other: true'."
+            yield f"{key}: {model} takes the scores of {member}; both or neither must have 'other: true'."
         elif members(models, member):
-            yield f"{key}: {model} adds the scores of {member}, which is a sum itself; name what {member} is of."
+            yield f"{key}: {model} takes the scores of {member}, which takes others' itself; name what {member} is of."
 
 
 def _of_pixels(key, run, models, plan):

@@ -124,12 +124,12 @@ def test_a_sum_takes_models_of_its_experiment_that_learn_the_same_classes():
     novel = {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["sum"]}
     novel["split"] = {"scheme": "family", "others": "novel"}
     config["learning"] = {"experiments": {"*": None, "novel": novel}}
-    with pytest.raises(InputError, match="sum adds the scores of likelihood_other; name likelihood_other among them"):
+    with pytest.raises(InputError, match="sum takes the scores of likelihood_other; name likelihood_other among them"):
         load_config(config)
     novel["models"] = ["likelihood_other", "invariants", "sum"]
     assert load_config(config)
     config["learning"]["models"] = {"invariants": {"other": False}}
-    with pytest.raises(InputError, match="sum adds the scores of invariants; both or neither must have 'other: true'"):
+    with pytest.raises(InputError, match="sum takes the scores of invariants; both or neither must have 'other: true'"):
         load_config(config)
 
 

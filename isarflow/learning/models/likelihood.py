@@ -6,21 +6,16 @@ import itertools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.linalg import eigh
 from scipy.ndimage import uniform_filter
 
-from isarflow.core.errors import InputError
-from isarflow.learning import confidence
+from isarflow.learning import confidence, noise
 from isarflow.learning.classifier import Outcome, best_known
 from isarflow.learning.data.features import by_channel, standardized, unit, unit_rows
 from isarflow.learning.library import Library
 
 BLOCK = 64  # images at a time, always: the last bits of a product depend on how many rows it has
-LOADING = 0.01  # of the mean noise power of a pixel: the uncertainty of its covariance, estimated from few images
 WEAK = 0.03  # of the noise's power: directions in which the library has less say nothing, and cost time
 LEAST_NOISE = 0.3  # of the energy: coherence assumes at least this share, as no template is the view itself
-FAINT = 0.25  # of an image's pixels, the faintest, are taken for noise alone
-SHARES = (1e-4, 0.99)  # of noise in an image's energy, at least and at most
 LEAST = 1e-6  # of a template's largest power: mismatch is in proportion to at least this power
 COHERENCE = 1.5  # weight beside magnitudes: a larger one helps below 0 dB and harms above
 MANY, SIFTED = 8192, 256  # of a class with more templates only so many, of largest ZNCC, are tried for coherence
@@ -34,8 +29,7 @@ class Model(Library):
     """The class of the likeliest view of the library, and its likelihood; docs/recognition.md has the equations.
 
     An image of unit energy and N pixels over all channels holds a share n of noise, whose covariance over the pixels is
-    n Q, with Q of trace 1 from images of noise alone. n follows from the image's faint pixels: for noise alone
-    |x_p|^2 / Q_pp has an exponential distribution, with -log(1 - FAINT) as its quantile FAINT.
+    n Q, with Q of trace 1 from images of noise alone. n follows from the image's faint pixels (`noise.share`).
     A class's score is that of magnitudes (Rice 1945) plus COHERENCE times that of coherence (Kraut, Scharf and
     McWhorter 2001), each of its best template. Confidence scores are the largest of a known class: `likelihood`, and of
     its parts alone `rice` and `coherence`; with a class OTHER, which has templates of its own, less the score of that.
@@ -64,32 +58,11 @@ class Model(Library):
         self.starts_ = np.append(starts, len(order))
         self.shape_ = np.array(by_channel(images[:1]).shape[1:])
         self.templates_, self.aspects_ = unit_rows(images[order]), self._aspects(order)
-        covariance = np.kron(np.eye(self.shape_[0]), self._of_noise()) / self.shape_[0]  # all channels have the same
-        self.noise_ = np.maximum(np.diag(covariance).real, 1e-12).astype(np.float32)
-        covariance[np.diag_indices(len(covariance))] += LOADING / len(covariance)
-        spread = self.templates_.T @ self.templates_.conj() / len(order)
-        both = spread.astype(np.complex128), covariance.astype(np.complex128)
-        powers, basis = eigh(*both, subset_by_value=(WEAK, np.inf))
+        covariance = noise.covariance(self.noise, self.shape_, "likelihood")
+        self.noise_ = noise.powers(covariance)
+        powers, basis = noise.whitened(self.templates_, noise.loaded(covariance), WEAK)
         self.powers_, self.basis_ = powers.astype(np.float32), basis.astype(np.complex64)
         return self
-
-    def _of_noise(self):
-        """The covariance of the noise over one channel's pixels, of trace 1.
-
-        It is white if all images of noise are empty, as those of an imager that finds points are.
-        Raises InputError where there are no images of noise, or of another shape or not finite.
-        """
-        size = np.prod(self.shape_[1:])
-        noise = np.zeros(0) if self.noise is None else np.asarray(self.noise)
-        asked = f"images of noise alone, (m, {', '.join(map(str, self.shape_))})"
-        if noise.ndim < 3 or len(noise) == 0 or by_channel(noise).shape[1:] != tuple(self.shape_):
-            there = "none" if noise.size == 0 else f"an array {noise.shape}"
-            raise InputError(f"the likelihood learns from {asked}; its attribute 'noise' is {there} when it is fitted.")
-        if not np.isfinite(noise).all():
-            raise InputError(f"the likelihood learns from {asked}; some of its 'noise' is not finite.")
-        rows = unit(noise.reshape(-1, size))
-        rows = rows[rows.any(axis=1)]
-        return rows.T @ rows.conj() / len(rows) if len(rows) else np.eye(size) / size
 
     def _library(self):
         return self.templates_.reshape(-1, *self.shape_)
@@ -111,8 +84,7 @@ class Model(Library):
             block = rows[start : start + BLOCK]
             filled = unit(np.concatenate([block, np.repeat(block[:1], BLOCK - len(block), axis=0)]))
             magnitudes = np.abs(filled)
-            share = np.quantile(magnitudes**2 / self.noise_, FAINT, axis=1) / -np.log(1 - FAINT)
-            share = np.clip(share, *SHARES).astype(np.float32)
+            share = noise.share(magnitudes, self.noise_)
             apart, pulses = (
                 None if each is None else np.resize(each[start : start + BLOCK], (BLOCK, *each.shape[1:]))
                 for each in (without, received)
@@ -156,7 +128,7 @@ class Model(Library):
         near: ZNCC with all templates, masked; received: None, or pulses (n, A), of which templates are then images.
         """
         templates, around, _ = self._bank
-        noise, scale, found = share[:, None] * self.noise_, np.sqrt(1 - share), []
+        of_noise, scale, found = share[:, None] * self.noise_, np.sqrt(1 - share), []
         for first, end in itertools.pairwise(self.starts_):
             count = min(self.settings["candidates"], end - first)
             chosen = first + np.argpartition(-near[:, first:end], count - 1, axis=1)[:, :count]
@@ -167,7 +139,7 @@ class Model(Library):
                 shown = self.templates_[chosen].reshape(*chosen.shape, *self.shape_)
                 shown = unit_rows(self._search.templates_received(shown, received).reshape(chosen.size, -1))
                 bank = (part.reshape(*chosen.shape, -1) for part in self._around(shown))
-            found.append(_rician(magnitudes, noise, scale, *bank, self.settings["mismatch"]))
+            found.append(_rician(magnitudes, of_noise, scale, *bank, self.settings["mismatch"]))
         return np.stack(found, axis=1)
 
     @functools.cached_property
