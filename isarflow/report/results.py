@@ -76,8 +76,9 @@ class Results:
         self.folder, self.settings, self.names = Path(folder), settings, Names(stated, models)
         self.fields = of_fields(folder, settings)
         self.targets, self.drawn = target_order(settings["targets"]), drawn(settings["targets"])
-        # Further poses of targets that move, too.
-        self.meshed = [name for name, target in settings["targets"].items() if "field" not in target]
+        # Further poses of targets that move come last.
+        every = [*self.targets, *(name for name in settings["targets"] if name not in self.targets)]
+        self.meshed = [name for name in every if "field" not in settings["targets"][name]]
         self.drawn_meshes = [name for name in self.drawn if name in self.meshed]
         self.images_are_made = images_are_made(settings)
         self.compares_imagers = self.images_are_made and bool(settings.get("imagers"))
