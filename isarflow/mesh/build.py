@@ -211,7 +211,7 @@ def _shortened(source, edge, wavelength, axes):
     least = np.inf  # of the best, the error of its area
     for number in range(TRIES):
         say(f"remesh to {edge * 1000:.3g} mm" + (f", shorter where mesh {number} missed" if number else ""))
-        made = _whole(remesh(*half, size, surface, axes), source, edge, axes)
+        made = _whole(remesh(*half, size, surface, axes, source.part is not None), source, edge, axes)
         apart = followed.apart(made)
         fewest = fewest or len(made[1])
         costly = len(made[1]) > max(MOST * fewest, CHEAP)

@@ -18,7 +18,7 @@ class Model(Denoised):
     Weights by name: hidden_ (2 N, width), output_ (width, 2 N), of N pixels in all channels, and their offsets.
     """
 
-    LABELS = {"zncc_autoencoder": ("ZNCC, autoencoder", "the ZNCC of images from a denoising autoencoder", 28)}
+    LABELS = {"autoencoder": ("ZNCC, autoencoder", "the ZNCC of images from a denoising autoencoder", 28)}
     SETTINGS = {
         "of": {
             "type": "string",

@@ -19,7 +19,7 @@ class Model(Denoised):
     (N,), the diagonal of Q.
     """
 
-    LABELS = {"zncc_wiener": ("ZNCC, Wiener", "the ZNCC of images shrunk to the library", 27)}
+    LABELS = {"wiener": ("ZNCC, Wiener", "the ZNCC of images shrunk to the library", 27)}
     SETTINGS = {
         "of": {
             "type": "string",

@@ -76,10 +76,13 @@ class Size(NamedTuple):
         return Size(self.edge * factor, self.finer)
 
 
-def remesh(vertices, triangles, size, solid, axes=()):
-    """Remesh a surface, part of a whole `solid`, with edges of the Size, or shorter on average; rims in `axes` stay."""
+def remesh(vertices, triangles, size, solid, axes=(), seamed=False):
+    """Remesh a surface, part of a whole `solid`, with edges of the Size, or shorter on average; rims in `axes` stay.
+
+    seamed: it is of several parts; seams between these stay where they are to half an edge, which rows would lengthen.
+    """
     ground, whole = Ground(vertices, triangles, axes), Ground(*solid)
-    source, aim = (vertices, triangles), AIM * room(vertices, triangles, size(vertices), axes)
+    source, aim = (vertices, triangles), AIM * (1.0 if seamed else room(vertices, triangles, size(vertices), axes))
     rows = aim > AIM
     low, high, power, shorter = ROOMY if rows else MEAN
     vertices, triangles = halved(vertices, triangles, size.scaled(aim), axes)
