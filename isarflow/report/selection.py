@@ -1,7 +1,7 @@
 """Which of the results the report shows. The rule reads it too, so that only these files are the job's inputs."""
 
 from isarflow.core.sweep import evenly, snr_label
-from isarflow.learning.experiments import ROLES
+from isarflow.learning.experiments import ROLES, imaged
 
 GALLERY_VIEWS = 8  # images of each target over azimuth, and of one over elevation
 DECODED_SNRS = (3, 24)  # dB
@@ -19,8 +19,7 @@ def full_size(name):
 
 def target_order(targets):
     """Return target names in the order of the page: by role, then by name. The first is shown at several SNRs."""
-    imaged = [name for name, target in targets.items() if target["role"] in ROLES]
-    return sorted(imaged, key=lambda name: (ROLES.index(targets[name]["role"]), name))
+    return sorted(imaged({"targets": targets}), key=lambda name: (ROLES.index(targets[name]["role"]), name))
 
 
 def drawn(targets):

@@ -20,11 +20,7 @@ class Model(Denoised):
 
     LABELS = {"autoencoder": ("ZNCC, autoencoder", "the ZNCC of images from a denoising autoencoder", 28)}
     SETTINGS = {
-        "of": {
-            "type": "string",
-            "pattern": "^[a-z][a-z0-9_]*$",
-            "description": "name of the model of the same experiment that sees the images, as in zncc",
-        },
+        "of": {"$ref": "#/$defs/model", "description": "the model of the same experiment that sees the images"},
         "width": {"type": "integer", "minimum": 1, "description": "units of its only hidden layer"},
         "epochs": {"type": "integer", "minimum": 1, "description": "passes over the training images"},
         "batch": {"type": "integer", "minimum": 1, "description": "images a batch"},

@@ -20,13 +20,7 @@ class Model(Denoised):
     """
 
     LABELS = {"wiener": ("ZNCC, Wiener", "the ZNCC of images shrunk to the library", 27)}
-    SETTINGS = {
-        "of": {
-            "type": "string",
-            "pattern": "^[a-z][a-z0-9_]*$",
-            "description": "name of the model of the same experiment that sees the images, as in zncc",
-        }
-    }
+    SETTINGS = {"of": {"$ref": "#/$defs/model", "description": "the model of the same experiment that sees the images"}}
     covariances = True
 
     def learn(self, images):
