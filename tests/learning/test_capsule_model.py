@@ -130,7 +130,7 @@ def test_a_killed_fit_goes_on_to_the_same_weights(model, tmp_path, monkeypatch):
         patched.setattr(training_loop.Checkpoint, "write", dies)
         start().fit(*TRAIN, HELD_OUT)
     resumed = start().fit(*TRAIN, HELD_OUT)
-    for name in capsule.WEIGHTS:
+    for name in capsules.WEIGHTS:
         assert getattr(resumed, f"{name}_").tobytes() == getattr(model, f"{name}_").tobytes()
     assert resumed.curve_["loss"] == model.curve_["loss"]
     assert (resumed.evaluate(HELD_OUT[0]).known["mixture"] == model.evaluate(HELD_OUT[0]).known["mixture"]).all()

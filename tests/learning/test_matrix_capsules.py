@@ -12,6 +12,7 @@ def by_loops(votes, activations, use, activate, routings):
     """Procedure 1 of Hinton et al. for one image: votes (capsules, classes, d), activations (capsules,)."""
     capsules, classes, d = votes.shape
     shares = [[1 / classes] * classes for _ in range(capsules)]
+    share = sum(activations) / classes + TINY  # of a class, on average
     for routing in range(routings):
         mean, variance, active = np.zeros((classes, d)), np.zeros((classes, d)), np.zeros(classes)
         for j in range(classes):
@@ -21,7 +22,7 @@ def by_loops(votes, activations, use, activate, routings):
                 mean[j, h] = sum(weight[i] * votes[i, j, h] for i in range(capsules)) / total
                 spread = sum(weight[i] * (votes[i, j, h] - mean[j, h]) ** 2 for i in range(capsules))
                 variance[j, h] = spread / total + TINY
-                cost += (use[j] + math.log(math.sqrt(variance[j, h]))) * total
+                cost += (use[j] + math.log(math.sqrt(variance[j, h]))) * total / share / d
             active[j] = 1 / (1 + math.exp(-STEEPEST * (1 - COOLING ** (routing + 1)) * (activate[j] - cost)))
         for i in range(capsules):
             density = [active[j] + TINY for j in range(classes)]

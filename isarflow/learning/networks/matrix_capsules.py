@@ -1,10 +1,26 @@
-"""EM routing of matrix capsules (Hinton, Sabour and Frosst 2018, Matrix capsules with EM routing), of NumPy's or JAX's arrays."""
+"""Matrix capsules with EM routing: their layers, their loss, and their weights, as functions of arrays.
+
+Hinton, Sabour and Frosst 2018, Matrix capsules with EM routing. A capsule is a pose, a matrix of SIDE x SIDE, and its
+activation, 0 to 1. Convolutions, decoder and names of weights are the capsule network's; see there.
+"""
 
 import numpy as np
 
+from isarflow.learning.networks import capsules
+from isarflow.learning.networks.capsules import CLASS, prepared, reconstruct  # noqa: F401 (the same for both networks)
+
+SIDE = 4  # of a pose
 TINY = 1e-6  # added to variances and sums, which may be zero
-STEEPEST = 0.01  # inverse temperature that the iterations approach
+STEEPEST = 10.0  # inverse temperature that the iterations approach
 COOLING = 0.95  # of what is missing to it, an iteration
+MARGIN = 0.2, 0.9  # of the spread loss, at the beginning and at the end of training
+START = -1.0  # of beta_a: a class without votes is then active by 0.19
+WEIGHTS = (*capsules.WEIGHTS, "use", "activate")
+
+
+def sigmoid(x):
+    """1 / (1 + exp(-x)), which does not overflow."""
+    return 0.5 * (1 + x.__array_namespace__().tanh(x / 2))
 
 
 def route(votes, activations, use, activate, routings):
@@ -14,20 +30,68 @@ def route(votes, activations, use, activate, routings):
     (classes,), the costs beta_u of a vote's dimension and beta_a of an active capsule. Each vote begins with the same
     share in all classes. A class is a Gaussian of the votes, weighed by their shares (the M-step); it is active where it
     costs little to describe these by it. Shares then follow from the densities of these Gaussians (the E-step).
+    The votes that a class describes count in multiples of their mean over classes, so that costs do not grow with the
+    number of capsules (Gritzman 2019, Avoiding implementation pitfalls of matrix capsules with EM routing, sec. 3.2).
     """
     library = votes.__array_namespace__()
     shares = library.ones_like(votes[..., 0]) / votes.shape[2]
+    mean = activations.sum(1)[:, None] / votes.shape[2] + TINY
     for routing in range(routings):
         weights = (shares * activations[..., None])[..., None]
         total = weights.sum(1) + TINY
         poses = (weights * votes).sum(1) / total
         variance = (weights * (votes - poses[:, None]) ** 2).sum(1) / total + TINY
-        costs = (use[:, None] + library.log(variance) / 2) * total
-        steepness = STEEPEST * (1 - COOLING ** (routing + 1))
-        active = 1 / (1 + library.exp(-steepness * (activate - costs.sum(-1))))
+        costs = (use[:, None] + library.log(variance) / 2).mean(-1) * total[..., 0] / mean
+        active = sigmoid(STEEPEST * (1 - COOLING ** (routing + 1)) * (activate - costs))
         if routing < routings - 1:
             off = (votes - poses[:, None]) ** 2 / variance[:, None]
             logs = -(off + library.log(2 * np.pi * variance)[:, None]).sum(-1) / 2 + library.log(active + TINY)[:, None]
             shares = library.exp(logs - logs.max(-1)[..., None])
             shares = shares / shares.sum(-1)[..., None]
     return poses, active
+
+
+def activations(weights, images, routings):
+    """Class capsules (n, classes, CLASS + 1), a pose by rows and its activation, of images (n, rows, columns, channels).
+
+    The pose of each primary capsule times a matrix of its channel and the class is its vote. The place of the capsule,
+    0 to 1, is added to the first two elements of the last column (coordinate addition).
+    """
+    library, found = images.__array_namespace__(), capsules.primary(weights, images)
+    (count, rows, columns, _), types = found.shape, len(weights["votes"])
+    found = found.reshape(count, rows * columns, types, CLASS + 1)
+    poses = found[..., :CLASS].transpose(2, 0, 1, 3).reshape(types, -1, SIDE)
+    votes = library.matmul(poses, weights["votes"]).reshape(types, count, rows * columns, SIDE, -1, SIDE)
+    place = np.zeros((rows, columns, SIDE, 1, SIDE), np.float32)
+    place[..., 0, 0, -1] = (np.arange(rows)[:, None] + 0.5) / rows
+    place[..., 1, 0, -1] = (np.arange(columns) + 0.5) / columns
+    votes = (votes + place.reshape(rows * columns, SIDE, 1, SIDE)).transpose(1, 2, 0, 4, 3, 5)
+    votes = votes.reshape(count, rows * columns * types, -1, CLASS)
+    active = sigmoid(found[..., CLASS]).reshape(count, -1)
+    poses, active = route(votes, active, weights["use"], weights["activate"], routings)
+    return library.concatenate([poses, active[..., None]], axis=-1)
+
+
+def lengths(capsules):
+    """Activations (n, classes) of class capsules (n, classes, CLASS + 1): what the length is of a vector."""
+    return capsules[..., CLASS]
+
+
+def margin_loss(capsules, truth, made=1):
+    """The spread loss (n,) of class capsules (n, classes, CLASS + 1) where truth (n, classes) is 1 for the image's class.
+
+    Eq. 3 of Hinton et al.: the class's activation is to exceed all others by a margin, which grows with the share `made`
+    of the training. An image of none of the classes has zeros, and others are to stay below 1 as if that were its
+    class's activation.
+    """
+    library, active = capsules.__array_namespace__(), lengths(capsules)
+    own = (truth * active).sum(-1) + 1 - truth.sum(-1)
+    below = own - (MARGIN[0] + (MARGIN[1] - MARGIN[0]) * made)
+    return ((1 - truth) * library.maximum(active - below[:, None], 0) ** 2).sum(-1)
+
+
+def initial_weights(random, shape, classes, width, channels, decoder):
+    """Weights before training, as of `capsules.initial_weights`, with `channels` of primary capsules."""
+    votes = (channels, SIDE, classes * SIDE), 2 * SIDE
+    weights = capsules.initial_weights(random, shape, classes, width, channels, decoder, CLASS + 1, votes)
+    return weights | {"use": np.zeros(classes, np.float32), "activate": np.full(classes, START, np.float32)}
