@@ -2,9 +2,12 @@
 
 import math
 
+import jax
 import numpy as np
 import pytest
+from scipy.special import expit
 
+from isarflow.learning.networks import capsules, matrix_capsules
 from isarflow.learning.networks.matrix_capsules import COOLING, STEEPEST, TINY, route
 
 
@@ -53,3 +56,73 @@ def test_votes_that_agree_make_a_capsule_active_and_give_its_pose():
     poses, active = route(votes, np.ones((1, 12)), np.zeros(2), np.zeros(2), 3)
     np.testing.assert_allclose(poses[0, 1], [1, 2, 3, 4], atol=0.02)
     assert active[0, 1] > active[0, 0]
+
+
+def test_the_order_of_capsules_means_nothing():
+    random = np.random.default_rng(2)
+    votes, activations, order = random.standard_normal((3, 9, 2, 16)), random.random((3, 9)), random.permutation(9)
+    first = route(votes, activations, np.zeros(2), np.zeros(2), 3)
+    second = route(votes[:, order], activations[:, order], np.zeros(2), np.zeros(2), 3)
+    np.testing.assert_allclose(np.concatenate(first, axis=None), np.concatenate(second, axis=None), rtol=1e-9)
+
+
+def test_twice_the_capsules_cost_the_same():
+    random = np.random.default_rng(3)
+    votes, activations = random.standard_normal((2, 6, 3, 4)), random.random((2, 6))
+    first = route(votes, activations, np.ones(3), np.zeros(3), 2)
+    second = route(np.tile(votes, (1, 2, 1, 1)), np.tile(activations, 2), np.ones(3), np.zeros(3), 2)
+    for one, other in zip(first, second, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-4)
+
+
+def weights_of(random, shape, classes):
+    weights = matrix_capsules.initial_weights(random, shape, classes, width=3, channels=2, decoder=5)
+    return weights | {"primary": 30 * weights["primary"]}  # so that votes and activations differ
+
+
+def test_votes_are_poses_times_matrices_and_the_place():
+    random = np.random.default_rng(4)
+    weights = weights_of(random, (21, 23, 1), 3)
+    images = random.random((2, 21, 23, 1)).astype(np.float32)
+    found = capsules.primary(weights, images)  # (n, 3 rows, 4 columns, channels)
+    votes, active = np.zeros((2, 24, 3, 16)), np.zeros((2, 24))
+    for capsule, (row, column, channel) in enumerate(np.ndindex(3, 4, 2)):
+        numbers = found[:, row, column, 17 * channel : 17 * channel + 17]
+        active[:, capsule] = expit(numbers[:, 16])
+        for number in range(3):
+            vote = numbers[:, :16].reshape(2, 4, 4) @ weights["votes"][channel][:, 4 * number : 4 * number + 4]
+            vote[:, :2, 3] += [(row + 0.5) / 3, (column + 0.5) / 4]
+            votes[:, capsule, number] = vote.reshape(2, 16)
+    poses, activations = route(votes, active, weights["use"], weights["activate"], 3)
+    own = matrix_capsules.activations(weights, images, 3)
+    np.testing.assert_allclose(own[..., :16], poses, rtol=1e-3, atol=1e-4)
+    np.testing.assert_allclose(matrix_capsules.lengths(own), activations, rtol=1e-3)
+    assert np.ptp(activations) > 0.01
+
+
+def test_numpy_and_jax_agree_and_black_images_have_a_finite_gradient():
+    random = np.random.default_rng(5)
+    weights = weights_of(random, (19, 21, 1), 2)
+    images, truth = random.random((3, 19, 21, 1)).astype(np.float32), np.eye(3, 2, dtype=np.float32)
+
+    def loss(weights, images):
+        found = matrix_capsules.activations(weights, images, 3)
+        made = matrix_capsules.reconstruct(weights, found, truth, True)
+        return matrix_capsules.margin_loss(found, truth).sum() + made.sum(), found
+
+    gradient = jax.jit(jax.grad(loss, has_aux=True))
+    (_, mine), (_, traced) = loss(weights, images), gradient(weights, images)
+    assert isinstance(mine, np.ndarray) and mine.dtype == np.float32 and mine.shape == (3, 2, 17)
+    np.testing.assert_allclose(mine, traced, rtol=1e-3, atol=1e-4)
+    black, _ = gradient(weights, 0 * images)
+    assert all(np.isfinite(value).all() for value in black.values())
+
+
+def test_spread_loss_by_hand():
+    active, truth = np.array([[0.7, 0.3, 0.6], [0.5, 0.1, 0.0]]), np.array([[1.0, 0, 0], [0, 0, 0]])
+    found = np.concatenate([np.zeros((2, 3, 16)), active[..., None]], axis=-1)
+    # The second image is of no class: its classes shall stay below 1 by the margin.
+    np.testing.assert_allclose(matrix_capsules.margin_loss(found, truth, 0), [0.1**2, 0])
+    np.testing.assert_allclose(matrix_capsules.margin_loss(found, truth), [0.5**2 + 0.8**2, 0.4**2])
+    half = matrix_capsules.margin_loss(found, truth, np.array([0.5, 1]))
+    np.testing.assert_allclose(half, [0.15**2 + 0.45**2, 0.4**2])

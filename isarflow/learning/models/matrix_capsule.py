@@ -23,7 +23,7 @@ class Model(CapsuleNetwork):
         "zncc": ("ZNCC", 12),
         "mse": ("MSE", 11),
         "noise_zncc": ("ZNCC, noise taken out", 13),
-        "activation": ("activation", 22),
+        "activation": ("class activation", 22),
         "mixture": ("Gaussian mixture", 15),
         "coherence": ("coherence", 16),
     }

@@ -89,7 +89,7 @@ def reconstruct(weights, vectors, mask, bounded):
 def margin_loss(vectors, truth, made=1):
     """The margin loss (n,) of activation vectors (n, classes, d) where truth (n, classes) is 1 for the image's class.
 
-    Eq. 4 of Sabour et al. An image of none of the classes has zeros. made: the share of training, which changes nothing.
+    Eq. 4 of Sabour et al. An image of none of the classes has zeros. made: the share of training; it changes nothing.
     """
     long = lengths(vectors)
     library = vectors.__array_namespace__()

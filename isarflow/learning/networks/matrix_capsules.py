@@ -11,6 +11,8 @@ from isarflow.learning.networks.capsules import CLASS, prepared, reconstruct  # 
 
 SIDE = 4  # of a pose
 TINY = 1e-6  # added to variances and sums, which may be zero
+# The paper's is 0.01, of costs that are sums over all votes and dimensions; with it a class that no vote supports is
+# active by 0.5 unless its beta_a is of the order of -1000.
 STEEPEST = 10.0  # inverse temperature that the iterations approach
 COOLING = 0.95  # of what is missing to it, an iteration
 MARGIN = 0.2, 0.9  # of the spread loss, at the beginning and at the end of training
@@ -27,11 +29,11 @@ def route(votes, activations, use, activate, routings):
     """Poses (n, classes, d) and activations (n, classes) of capsules that others vote for.
 
     Procedure 1 of Hinton et al. votes: (n, capsules, classes, d); activations: (n, capsules), 0 to 1; use, activate:
-    (classes,), the costs beta_u of a vote's dimension and beta_a of an active capsule. Each vote begins with the same
-    share in all classes. A class is a Gaussian of the votes, weighed by their shares (the M-step); it is active where it
-    costs little to describe these by it. Shares then follow from the densities of these Gaussians (the E-step).
-    The votes that a class describes count in multiples of their mean over classes, so that costs do not grow with the
-    number of capsules (Gritzman 2019, Avoiding implementation pitfalls of matrix capsules with EM routing, sec. 3.2).
+    (classes,), beta_u and beta_a of the procedure. Each vote begins with the same share in all classes. A class is a
+    Gaussian of the votes, weighed by their shares (the M-step); it is active where it costs little to describe these by
+    it. Shares then follow from the densities of these Gaussians (the E-step). Costs are a mean over the d dimensions,
+    and the votes of a class count in multiples of the mean over classes, so that costs do not grow with the number of
+    capsules (Gritzman 2019, Avoiding implementation pitfalls of matrix capsules with EM routing).
     """
     library = votes.__array_namespace__()
     shares = library.ones_like(votes[..., 0]) / votes.shape[2]
@@ -52,7 +54,7 @@ def route(votes, activations, use, activate, routings):
 
 
 def activations(weights, images, routings):
-    """Class capsules (n, classes, CLASS + 1), a pose by rows and its activation, of images (n, rows, columns, channels).
+    """Class capsules (n, classes, CLASS + 1), of images (n, rows, columns, channels): poses by rows, and activations.
 
     The pose of each primary capsule times a matrix of its channel and the class is its vote. The place of the capsule,
     0 to 1, is added to the first two elements of the last column (coordinate addition).
@@ -78,11 +80,10 @@ def lengths(capsules):
 
 
 def margin_loss(capsules, truth, made=1):
-    """The spread loss (n,) of class capsules (n, classes, CLASS + 1) where truth (n, classes) is 1 for the image's class.
+    """The spread loss (n,) of capsules (n, classes, CLASS + 1) where truth (n, classes) is 1 for the image's class.
 
-    Eq. 3 of Hinton et al.: the class's activation is to exceed all others by a margin, which grows with the share `made`
-    of the training. An image of none of the classes has zeros, and others are to stay below 1 as if that were its
-    class's activation.
+    Eq. 3 of Hinton et al.: the activation of the image's class is to exceed all others by a margin, which grows with the
+    share `made` of the training. An image of none of the classes has zeros; its own class's activation counts as 1.
     """
     library, active = capsules.__array_namespace__(), lengths(capsules)
     own = (truth * active).sum(-1) + 1 - truth.sum(-1)
