@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import rayleigh
 from sklearn.mixture import GaussianMixture
 
+from isarflow.core import kinds
 from isarflow.learning import confidence
 from isarflow.learning.classifier import OTHER, build_classifier
 from isarflow.learning.conformance import of_face, of_fitted, of_restored
@@ -86,6 +87,13 @@ def test_it_is_as_every_model(model, kind, tmp_path):
     assert not [*of_face(model), *of_fitted(model, TRAIN[1], HELD_OUT[0])]
     model.save(tmp_path)
     assert not [*of_restored(model, build_classifier(kind, SETTINGS, seed=0), tmp_path, HELD_OUT[0])]
+
+
+def test_both_networks_state_the_same_abilities():
+    first, second = kinds.kind(kinds.MODELS, "capsule"), kinds.kind(kinds.MODELS, "matrix_capsule")
+    assert first.methods == second.methods and first.settings is not None
+    names = set(first.stated) - {"LABELS", "SCORES", "certainty"}
+    assert {name: first.stated[name] for name in names} == {name: second.stated[name] for name in names}
 
 
 def test_a_loaded_model_is_the_saved_one(model, kind, tmp_path):

@@ -107,7 +107,7 @@ def test_numpy_and_jax_agree_and_black_images_have_a_finite_gradient():
 
     def loss(weights, images):
         found = matrix_capsules.activations(weights, images, 3)
-        made = matrix_capsules.reconstruct(weights, found, truth, True)
+        made = capsules.reconstruct(weights, found, truth, True)
         return matrix_capsules.margin_loss(found, truth).sum() + made.sum(), found
 
     gradient = jax.jit(jax.grad(loss, has_aux=True))

@@ -7,7 +7,7 @@ activation, 0 to 1. Convolutions, decoder and names of weights are the capsule n
 import numpy as np
 
 from isarflow.learning.networks import capsules
-from isarflow.learning.networks.capsules import CLASS, prepared, reconstruct  # noqa: F401 (the same for both networks)
+from isarflow.learning.networks.capsules import CLASS
 
 SIDE = 4  # of a pose
 TINY = 1e-6  # added to variances and sums, which may be zero
@@ -82,7 +82,7 @@ def lengths(capsules):
 def margin_loss(capsules, truth, made=1):
     """The spread loss (n,) of capsules (n, classes, CLASS + 1) where truth (n, classes) is 1 for the image's class.
 
-    Eq. 3 of Hinton et al.: the activation of the image's class is to exceed all others by a margin, which grows with the
+    Eq. 3 of Hinton et al.: the activation of the image's class is to exceed all others by a margin that grows with the
     share `made` of the training. An image of none of the classes has zeros; its own class's activation counts as 1.
     """
     library, active = capsules.__array_namespace__(), lengths(capsules)
