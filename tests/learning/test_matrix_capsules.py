@@ -84,7 +84,7 @@ def test_votes_are_poses_times_matrices_and_the_place():
     random = np.random.default_rng(4)
     weights = weights_of(random, (21, 23, 1), 3)
     images = random.random((2, 21, 23, 1)).astype(np.float32)
-    found = capsules.primary(weights, images)  # (n, 3 rows, 4 columns, channels)
+    found = capsules.encoded(weights, images)  # (n, 3 rows, 4 columns, channels)
     votes, active = np.zeros((2, 24, 3, 16)), np.zeros((2, 24))
     for capsule, (row, column, channel) in enumerate(np.ndindex(3, 4, 2)):
         numbers = found[:, row, column, 17 * channel : 17 * channel + 17]

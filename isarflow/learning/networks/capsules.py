@@ -53,13 +53,13 @@ def activations(weights, images, routings):
     as of `initial_weights` or `prepared`.
     """
     library = images.__array_namespace__()
-    capsules = squash(primary(weights, images).reshape(len(images), -1, PRIMARY))
+    capsules = squash(encoded(weights, images).reshape(len(images), -1, PRIMARY))
     count, classes = weights["votes"].shape[0], weights["votes"].shape[-1] // CLASS
     votes = library.matmul(capsules.swapaxes(0, 1), weights["votes"])
     return route(votes.reshape(count, len(images), classes, CLASS), routings)
 
 
-def primary(weights, images):
+def encoded(weights, images):
     """Numbers (n, rows, columns, filters) of which primary capsules are made: two convolutions, the first rectified."""
     library = images.__array_namespace__()
     features = library.maximum(convolve(images, weights["convolution"], weights["convolution_offset"], 1), 0)

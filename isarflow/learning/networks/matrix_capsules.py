@@ -59,7 +59,7 @@ def activations(weights, images, routings):
     The pose of each primary capsule times a matrix of its channel and the class is its vote. The place of the capsule,
     0 to 1, is added to the first two elements of the last column (coordinate addition).
     """
-    library, found = images.__array_namespace__(), capsules.primary(weights, images)
+    library, found = images.__array_namespace__(), capsules.encoded(weights, images)
     (count, rows, columns, _), types = found.shape, len(weights["votes"])
     found = found.reshape(count, rows * columns, types, CLASS + 1)
     poses = found[..., :CLASS].transpose(2, 0, 1, 3).reshape(types, -1, SIDE)
