@@ -194,9 +194,10 @@ def _said(file: str, name: str) -> Kind:
     methods = {node.name for node in definition.body if isinstance(node, ast.FunctionDef)}
     stated: dict[str, Any] = {}
     imports = [node for node in tree.body if isinstance(node, ast.ImportFrom) and not node.level]
-    modules = {alias.name: node.module or "" for node in imports for alias in node.names if not alias.asname}
+    origins = {alias.asname or alias.name: (node.module or "", alias.name) for node in imports for alias in node.names}
     for base in reversed([base.id for base in definition.bases if isinstance(base, ast.Name)]):
-        source = f"{modules.get(base, '').replace('.', '/')}.py"
+        module, base = origins.get(base, ("", ""))
+        source = f"{module.replace('.', '/')}.py"
         if source not in BASES and (PACKAGE.parent / source).is_file():
             inherited = _said(source, base)
             methods, stated = methods | inherited.methods, stated | inherited.stated

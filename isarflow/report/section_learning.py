@@ -87,7 +87,7 @@ def curves_figure(results):
     caption = (
         "Training curves of the networks, of several folds the first one's: thick lines are on the training images, "
         "thin lines with markers on the validation images. The loss is what each descends: cross-entropy, or of a "
-        "capsule network the margin loss and the error of the reconstruction."
+        "capsule network a margin loss and the error of the reconstruction."
     )
     return (figure("training_curves", drawing, pd.concat(tables), caption, wide=True),)
 

@@ -1,12 +1,14 @@
-"""The capsule network as a model, on small images, and the scores that follow from its reconstructions."""
+"""The capsule networks as models, on small images, and the scores that follow from its reconstructions."""
 
 import numpy as np
 import pytest
 from scipy.stats import rayleigh
 from sklearn.mixture import GaussianMixture
 
+from isarflow.core import kinds
 from isarflow.learning import confidence
 from isarflow.learning.classifier import OTHER, build_classifier
+from isarflow.learning.conformance import of_face, of_fitted, of_restored
 from isarflow.learning.models import capsule
 from isarflow.learning.networks import capsules, training_loop
 from isarflow.learning.networks.convolution import outputs
@@ -47,13 +49,18 @@ def set_of(names, count, seed, noise=0.05):
 TRAIN, HELD_OUT = set_of(["left", "right"], 60, 0), set_of(["left", "right"], 20, 10)
 
 
-def fit(**settings):
-    return build_classifier("capsule", SETTINGS | settings, seed=3).fit(*TRAIN, HELD_OUT)
+def fit(kind="capsule", **settings):
+    return build_classifier(kind, SETTINGS | settings, seed=3).fit(*TRAIN, HELD_OUT)
+
+
+@pytest.fixture(scope="module", params=["capsule", "matrix_capsule"])
+def kind(request):
+    return request.param
 
 
 @pytest.fixture(scope="module")
-def model():
-    return fit()
+def model(kind):
+    return fit(kind)
 
 
 def test_it_learns_and_reconstructs(model):
@@ -65,7 +72,7 @@ def test_it_learns_and_reconstructs(model):
     np.testing.assert_allclose(outcome.known["mse"], -((seen - made) ** 2).mean(axis=(1, 2)), atol=1e-6)
     expected = [np.corrcoef(one.ravel(), two.ravel())[0, 1] for one, two in zip(seen, made, strict=True)]
     np.testing.assert_allclose(outcome.known["zncc"], expected, atol=1e-4)
-    np.testing.assert_allclose(outcome.known["length"], outcome.scores.max(axis=1))
+    np.testing.assert_allclose(outcome.known[model.certainty], outcome.scores.max(axis=1))
     assert (outcome.labels == model.classes_[outcome.scores.argmax(axis=1)]).all()
     assert (outcome.labels == predicted).all()
 
@@ -76,9 +83,22 @@ def test_what_it_cannot_reconstruct_is_unknown(model):
         assert np.median(own[score]) > np.quantile(strange[score], 0.9)
 
 
-def test_a_loaded_model_is_the_saved_one(model, tmp_path):
+def test_it_is_as_every_model(model, kind, tmp_path):
+    assert not [*of_face(model), *of_fitted(model, TRAIN[1], HELD_OUT[0])]
     model.save(tmp_path)
-    other = build_classifier("capsule", SETTINGS, seed=0).load(tmp_path)
+    assert not [*of_restored(model, build_classifier(kind, SETTINGS, seed=0), tmp_path, HELD_OUT[0])]
+
+
+def test_both_networks_state_the_same_abilities():
+    first, second = kinds.kind(kinds.MODELS, "capsule"), kinds.kind(kinds.MODELS, "matrix_capsule")
+    assert first.methods == second.methods and first.settings is not None
+    names = set(first.stated) - {"LABELS", "SCORES", "certainty"}
+    assert {name: first.stated[name] for name in names} == {name: second.stated[name] for name in names}
+
+
+def test_a_loaded_model_is_the_saved_one(model, kind, tmp_path):
+    model.save(tmp_path)
+    other = build_classifier(kind, SETTINGS, seed=0).load(tmp_path)
     first, second = model.evaluate(HELD_OUT[0]), other.evaluate(HELD_OUT[0])
     assert (first.scores == second.scores).all()
     assert all((first.known[name] == second.known[name]).all() for name in first.known)
@@ -112,7 +132,7 @@ def test_the_curve_has_losses_accuracies_and_seconds(model):
     assert model.curve_["loss"][-1] < 0.5 * model.curve_["loss"][0]
 
 
-def test_a_killed_fit_goes_on_to_the_same_weights(model, tmp_path, monkeypatch):
+def test_a_killed_fit_goes_on_to_the_same_weights(model, kind, tmp_path, monkeypatch):
     monkeypatch.setattr(training_loop, "BETWEEN", 0.0)
     write = training_loop.Checkpoint.write
 
@@ -122,7 +142,7 @@ def test_a_killed_fit_goes_on_to_the_same_weights(model, tmp_path, monkeypatch):
             raise KeyboardInterrupt
 
     def start():
-        one = build_classifier("capsule", SETTINGS, seed=3)
+        one = build_classifier(kind, SETTINGS, seed=3)
         one.checkpoints = tmp_path
         return one
 
@@ -130,7 +150,7 @@ def test_a_killed_fit_goes_on_to_the_same_weights(model, tmp_path, monkeypatch):
         patched.setattr(training_loop.Checkpoint, "write", dies)
         start().fit(*TRAIN, HELD_OUT)
     resumed = start().fit(*TRAIN, HELD_OUT)
-    for name in capsule.WEIGHTS:
+    for name in model.network.WEIGHTS:
         assert getattr(resumed, f"{name}_").tobytes() == getattr(model, f"{name}_").tobytes()
     assert resumed.curve_["loss"] == model.curve_["loss"]
     assert (resumed.evaluate(HELD_OUT[0]).known["mixture"] == model.evaluate(HELD_OUT[0]).known["mixture"]).all()
@@ -221,7 +241,7 @@ def test_the_mixture_score_is_scikit_learns_density(model):
     vectors = model._vectors(model._inputs(TRAIN[0]))[TRAIN[1] == "left", 0]
     count = model.mixture_means_.shape[1]
     own = GaussianMixture(count, reg_covar=1e-5, random_state=3).fit(vectors).score_samples(vectors)
-    found = model._mixture_score(vectors, np.zeros(len(vectors), int)) - 0.5 * capsules.CLASS * np.log(2 * np.pi)
+    found = model._mixture_score(vectors, np.zeros(len(vectors), int)) - 0.5 * vectors.shape[1] * np.log(2 * np.pi)
     np.testing.assert_allclose(found, own, rtol=1e-3)
 
 

@@ -16,8 +16,6 @@ CODE = [Path(file) for file in (capsules.__file__, convolution.__file__, __file_
 CHUNK = 16  # images at a time: the inputs of a convolution then fit in the processor's cache
 VALIDATED = 1024  # validation images that judge an epoch, at most
 GAUSSIANS, IMAGES = 8, 40  # Gaussians a class, at most, and images that each of them needs
-LAYERS = ("convolution", "primary", "decoder0", "decoder1", "decoder2")
-WEIGHTS = (*LAYERS, *(f"{layer}_offset" for layer in LAYERS), "votes")
 
 
 class Model(Classifier):
@@ -57,7 +55,7 @@ class Model(Classifier):
     }
     SETTINGS = {
         "width": {"type": "integer", "minimum": 1, "description": "filters of the first convolution"},
-        "capsules": {"type": "integer", "minimum": 1, "description": "channels of primary capsules, of 8 dimensions"},
+        "capsules": {"type": "integer", "minimum": 1, "description": "channels of primary capsules"},
         "routings": {"type": "integer", "minimum": 1, "maximum": 20, "description": "iterations of the routing"},
         "decoder": {"type": "integer", "minimum": 1, "description": "outputs of its first layer; the second has twice"},
         "epochs": {"type": "integer", "minimum": 1, "description": "passes over the training images, at most"},
@@ -74,6 +72,8 @@ class Model(Classifier):
         "denoise": {"type": "boolean", "description": "true: the decoder's aim is the image without noise"},
         "complex": {"type": "boolean", "description": "true: real and imaginary parts, instead of magnitudes"},
     }
+    network, code = capsules, CODE  # its layers as functions; the files on which a training depends
+    certainty = "length"  # the confidence score that the predicted class's capsule has by itself
     by_snr = True
     smallest = 17  # 2 KERNEL - 1 leave one primary capsule; a number, as it is read and not run
 
@@ -118,33 +118,33 @@ class Model(Classifier):
     def _train(self, x, sources, y, held_out, snrs):
         settings, random = self.settings, np.random.default_rng(self.seed)
 
-        def loss(weights, x, aims, y):
-            vectors = capsules.activations(weights, x, settings["routings"])
+        def loss(weights, x, aims, y, made):
+            vectors = self.network.activations(weights, x, settings["routings"])
             error = ((self._decode(weights, vectors, y) - aims.reshape(len(x), -1)) ** 2).mean(-1)
             of_class = y.sum(-1)
-            costs = capsules.margin_loss(vectors, y) + settings["reconstruction"] * of_class * error
-            return costs, (capsules.lengths(vectors).argmax(-1) == y.argmax(-1)) * of_class, of_class
+            costs = self.network.margin_loss(vectors, y, made) + settings["reconstruction"] * of_class * error
+            return costs, (self.network.lengths(vectors).argmax(-1) == y.argmax(-1)) * of_class, of_class
 
         def inputs(rows):
             seen, aims = x[rows], x[sources[rows]]
             if settings["complex"]:
                 seen, aims = _turned((seen, aims), random.uniform(0, 2 * np.pi, len(rows)))
-            return seen, aims, y[rows]
+            return seen, aims, y[rows], np.full(len(rows), batches.epochs / settings["epochs"], np.float32)
 
         def validate(weights):
             weights = capsules.prepared(weights, held_out[0].shape)
             starts = range(0, len(held_out[0]), CHUNK)
             chunks = [[array[start : start + CHUNK] for array in held_out] for start in starts]
-            costs, right, of_class = np.concatenate([loss(weights, *chunk) for chunk in chunks], axis=1, dtype=float)
+            costs, right, of_class = np.concatenate([loss(weights, *chunk, 1) for chunk in chunks], axis=1, dtype=float)
             return costs.mean(), right.sum() / max(of_class.sum(), 1)
 
         batches = Batches(len(x), settings["batch"], random, snrs)
         checkpoint = None
         if self.checkpoints is not None:
             shown = x, sources, y, np.array(snrs, str), *(held_out or ())
-            checkpoint = Checkpoint(self.checkpoints, *CODE, settings, self.seed, *shown)
+            checkpoint = Checkpoint(self.checkpoints, *self.code, settings, self.seed, *shown)
         sizes = settings["width"], settings["capsules"], settings["decoder"]
-        weights = capsules.initial_weights(random, x.shape[1:], y.shape[1], *sizes)
+        weights = self.network.initial_weights(random, x.shape[1:], y.shape[1], *sizes)
         # A step of Adam moves the input of a class capsule by the rate times as many as there are primary capsules.
         # At the full rate at once, all lengths of a large network may become 1, where they have no gradient, for
         # thousands of steps.
@@ -168,7 +168,7 @@ class Model(Classifier):
         self.mixture_whitening_ = np.array([mixture.precisions_cholesky_ for mixture in mixtures])
 
     def _weights(self):
-        return {name: getattr(self, f"{name}_") for name in WEIGHTS}
+        return {name: getattr(self, f"{name}_") for name in self.network.WEIGHTS}
 
     def _decode(self, weights, vectors, mask):
         return capsules.reconstruct(weights, vectors, mask, not self.settings["complex"])
@@ -176,14 +176,14 @@ class Model(Classifier):
     def _vectors(self, x):
         """Activation vectors (n, classes, CLASS) of inputs (n, rows, columns, channels)."""
         weights, routings = capsules.prepared(self._weights(), x.shape), self.settings["routings"]
-        parts = [capsules.activations(weights, x[i : i + CHUNK], routings) for i in range(0, len(x), CHUNK)]
+        parts = [self.network.activations(weights, x[i : i + CHUNK], routings) for i in range(0, len(x), CHUNK)]
         return np.concatenate(parts)
 
     def _decoded(self, images):
         """Inputs, activation vectors, their lengths, 1 for the longest of each image, and the decoded images."""
         x = self._inputs(images)
         vectors = self._vectors(x)
-        scores = capsules.lengths(vectors)
+        scores = self.network.lengths(vectors)
         mask = (scores.argmax(axis=1)[:, None] == np.arange(scores.shape[1])).astype(np.float32)
         return x, vectors, scores, mask, self._decode(self._weights(), vectors, mask)
 
@@ -200,7 +200,7 @@ class Model(Classifier):
     def evaluate(self, images):
         x, vectors, scores, mask, made = self._decoded(images)
         seen, predicted = x.reshape(len(x), -1), scores.argmax(axis=1)
-        known = {"mse": -((seen - made) ** 2).mean(axis=1), "length": scores.max(axis=1)}
+        known = {"mse": -((seen - made) ** 2).mean(axis=1), self.certainty: scores.max(axis=1)}
         if self.settings["complex"]:
             # The imaginary part of each pixel follows its real part.
             known["coherence"] = confidence.coherence(seen.view(np.complex64), made.view(np.complex64))

@@ -13,6 +13,8 @@ from isarflow.learning.networks.training_loop import glorot
 
 PRIMARY, CLASS = 8, 16  # dimensions of a primary capsule, and of a class capsule
 TINY = 1e-7  # under the root: the length of a zero vector has no gradient
+LAYERS = ("convolution", "primary", "decoder0", "decoder1", "decoder2")
+WEIGHTS = (*LAYERS, *(f"{layer}_offset" for layer in LAYERS), "votes")
 PRESENT, ABSENT, DOWN = 0.9, 0.1, 0.5  # m+, m- and lambda of the margin loss
 
 
@@ -51,12 +53,17 @@ def activations(weights, images, routings):
     as of `initial_weights` or `prepared`.
     """
     library = images.__array_namespace__()
-    features = library.maximum(convolve(images, weights["convolution"], weights["convolution_offset"], 1), 0)
-    capsules = convolve(features, weights["primary"], weights["primary_offset"], STRIDE)
-    capsules = squash(capsules.reshape(len(images), -1, PRIMARY))
+    capsules = squash(encoded(weights, images).reshape(len(images), -1, PRIMARY))
     count, classes = weights["votes"].shape[0], weights["votes"].shape[-1] // CLASS
     votes = library.matmul(capsules.swapaxes(0, 1), weights["votes"])
     return route(votes.reshape(count, len(images), classes, CLASS), routings)
+
+
+def encoded(weights, images):
+    """Numbers (n, rows, columns, filters) of which primary capsules are made: two convolutions, the first rectified."""
+    library = images.__array_namespace__()
+    features = library.maximum(convolve(images, weights["convolution"], weights["convolution_offset"], 1), 0)
+    return convolve(features, weights["primary"], weights["primary_offset"], STRIDE)
 
 
 def prepared(weights, shape):
@@ -72,17 +79,17 @@ def reconstruct(weights, vectors, mask, bounded):
     bounded: True if a sigmoid keeps the outputs between 0 and 1, as for magnitudes.
     """
     library = vectors.__array_namespace__()
-    hidden = (vectors * mask[..., None]).reshape(len(vectors), -1)
+    hidden = (vectors[..., :CLASS] * mask[..., None]).reshape(len(vectors), -1)
     for layer in ("decoder0", "decoder1"):
         hidden = library.maximum(hidden @ weights[layer] + weights[f"{layer}_offset"], 0)
     outputs = hidden @ weights["decoder2"] + weights["decoder2_offset"]
     return 0.5 * (1 + library.tanh(outputs / 2)) if bounded else outputs
 
 
-def margin_loss(vectors, truth):
+def margin_loss(vectors, truth, made=1):
     """The margin loss (n,) of activation vectors (n, classes, d) where truth (n, classes) is 1 for the image's class.
 
-    Eq. 4 of Sabour et al. An image of none of the classes has zeros.
+    Eq. 4 of Sabour et al. An image of none of the classes has zeros. made: the share of training; it changes nothing.
     """
     long = lengths(vectors)
     library = vectors.__array_namespace__()
@@ -91,19 +98,20 @@ def margin_loss(vectors, truth):
     return (present + absent).sum(-1)
 
 
-def initial_weights(random, shape, classes, width, capsules, decoder):
+def initial_weights(random, shape, classes, width, capsules, decoder, numbers=PRIMARY, votes=None):
     """Weights before training: a mapping of name to array, float32. random: a NumPy generator.
 
     shape: (rows, columns, channels) of an image; width: filters of the convolution; capsules: channels of primary
-    capsules; decoder: outputs of its first layer, of which the second has twice as many.
+    capsules; decoder: outputs of its first layer, of which the second has twice as many. numbers, votes: of a primary
+    capsule, and the shape of the votes' weights with the sum of their inputs and outputs, where they are not as here.
     """
     rows, columns, channels = shape
-    votes = capsules * math.prod(outputs(outputs((rows, columns), 1), STRIDE))
-    pixels, primary, vectors = rows * columns * channels, capsules * PRIMARY, classes * CLASS
+    count = capsules * math.prod(outputs(outputs((rows, columns), 1), STRIDE))
+    pixels, primary, vectors = rows * columns * channels, capsules * numbers, classes * CLASS
     layers = {  # the shape of each one's weights, and the sum of its inputs and outputs
         "convolution": ((KERNEL**2 * channels, width), KERNEL**2 * (channels + width)),
         "primary": ((KERNEL**2 * width, primary), KERNEL**2 * (width + primary)),
-        "votes": ((votes, PRIMARY, vectors), classes * votes * (PRIMARY + CLASS)),
+        "votes": votes or ((count, PRIMARY, vectors), classes * count * (PRIMARY + CLASS)),
         "decoder0": ((vectors, decoder), vectors + decoder),
         "decoder1": ((decoder, 2 * decoder), 3 * decoder),
         "decoder2": ((2 * decoder, pixels), 2 * decoder + pixels),

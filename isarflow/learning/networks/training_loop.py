@@ -26,6 +26,7 @@ class Batches:
 
     def __init__(self, count, size, random, snrs=None):
         self.random, self.size = random, size
+        self.epochs = 0  # made before the present one
         if snrs is None:
             self.pools = [np.arange(count)]
         else:
@@ -104,6 +105,7 @@ def minimize(loss, weights, batches, inputs, rate, epochs, validate=None, patien
     bar = tqdm(**much, desc="training", leave=False, mininterval=5, miniters=0)  # by time alone, as batches are long
     while len(rows) < epochs and (patience is None or notes["waited"] < patience):
         results, sizes, full = [], [], rate(len(rows))
+        batches.epochs = len(rows)
         for batch in batches.epoch():
             arrays = [np.resize(array, (batches.size, *array.shape[1:])) for array in inputs(batch)]
             risen = full * min(1.0, (len(rows) * batches.count + len(sizes) + 1) / (warm_up + 1))
