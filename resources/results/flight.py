@@ -1,9 +1,10 @@
-"""Publish the run in flight: `make flight`.
+"""Publish the run in flight, and the one of metal that leads there: `make flight`, `make flight-metal`.
 
-    flight.py results/flight results/flight-metal
+    flight.py results/flight
+    flight.py results/flight-metal
 
-Writes the scores of each into its folder beside this file, compressed (xz), the tables of docs/flight.md between their
-marks, and its figure, which the repository's README.md shows.
+Writes a run's scores into the folder of its name beside this file, compressed (xz), and, of both as they are kept, the
+tables of docs/flight.md between their marks, and its figure, which the repository's README.md shows.
 """
 
 import sys
@@ -34,10 +35,9 @@ METRICS = {"accuracy": "Drone, bird or missile: accuracy", "f1_weighted": "And n
 
 
 def main():
-    here, tables = Path(__file__).parent, {}
-    for run in map(Path, sys.argv[1:]):
-        keep(run / "learning", here / run.name)
-        tables[run.name] = whole(here / run.name / "scores.csv.xz")
+    here, run = Path(__file__).parent, Path(sys.argv[1])
+    keep(run / "learning", here / run.name)
+    tables = {name: whole(here / name / "scores.csv.xz") for name in (METAL, FLIGHT)}
     draw(tables, ROOT / "docs/img/flight.svg")
     page = ROOT / "docs/flight.md"
     for metric in METRICS:
