@@ -8,7 +8,7 @@
 # make kinds: whether models of kinds are recognised that never trained, docs/kinds.md (75 minutes), published
 # make kinds-growth: AUROC over models, other kinds, polarizations and resolution (an hour and a half)
 # make flight: drone, bird or missile in flight, from kept fields, for docs/flight.md (half an hour), published
-# make flight-metal: the way there from the laboratory, of metal throughout (half an hour), published
+# make flight-steps: the way there from the laboratory, one assumption after the other (an hour), published
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
@@ -44,7 +44,7 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke optics-meshes aircraft-meshes flyers-images rays report thesis recognition recommended models benchmark kinds kinds-growth flight flight-metal test lint docs environment results validate \
+.PHONY: smoke optics-meshes aircraft-meshes flyers-images rays report thesis recognition recommended models benchmark kinds kinds-growth flight flight-steps test lint docs environment results validate \
 	fields check-fields bench-device
 
 smoke: environment
@@ -84,10 +84,11 @@ flight: environment
 	snakemake --cores $(CORES) report --configfile config/flight.yaml
 	PYTHONPATH=studies/stewart-burger-2023 python resources/results/flight.py results/flight
 
-flight-metal: environment
-	snakemake --cores $(CORES) results/flight-metal/learning/scores.csv \
-		--configfile config/flight.yaml config/flight-metal.yaml
-	PYTHONPATH=studies/stewart-burger-2023 python resources/results/flight.py results/flight-metal
+flight-steps: environment
+	for run in flight-metal flight-still; do \
+		snakemake --cores $(CORES) results/$$run/learning/scores.csv --configfile config/flight.yaml config/$$run.yaml && \
+		PYTHONPATH=studies/stewart-burger-2023 python resources/results/flight.py results/$$run || exit 1; \
+	done
 
 test: environment
 	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder

@@ -1,10 +1,11 @@
-"""Publish the run in flight, and the one of metal that leads there: `make flight`, `make flight-metal`.
+"""Publish the run in flight, or one of those that lead there: `make flight`, `make flight-steps`.
 
     flight.py results/flight
     flight.py results/flight-metal
+    flight.py results/flight-still
 
-Writes a run's scores into the folder of its name beside this file, compressed (xz), and, of both as they are kept, the
-tables of docs/flight.md between their marks, and its figure, which the repository's README.md shows.
+Writes a run's scores into the folder of its name beside this file, compressed (xz), and, of all three as they are kept,
+the tables of docs/flight.md between their marks, and its figure, which the repository's README.md shows.
 """
 
 import sys
@@ -17,14 +18,20 @@ import matplotlib.pyplot as plt
 import pandas as pd
 from recognition import ROOT, head, keep, put, whole
 
-METAL, FLIGHT = "flight-metal", "flight"
+METAL, STILL, FLIGHT = "flight-metal", "flight-still", "flight"
 STEPS = {  # words of a curve: run, experiment, model, its score
     "laboratory": (METAL, "laboratory", "likelihood", "likelihood"),
     "+ place unknown": (METAL, "place", "likelihood", "likelihood"),
     "+ drift, jitter, lost pulses": (METAL, "drift", "likelihood", "likelihood"),
     "+ other models": (METAL, "models", "sum", "sum"),
-    "+ materials": (FLIGHT, "still", "sum", "sum"),
+    "+ materials": (STILL, "still", "sum", "sum"),
     "+ turning blades: in flight": (FLIGHT, "flight", "sum", "sum"),
+}
+HELP = {  # what would help: run, experiment
+    "as it is": (FLIGHT, "flight"),
+    "in VV alone": (FLIGHT, "flight_vv"),
+    "blades that stand still": (STILL, "still"),
+    "its place known, all pulses": (STILL, "placed"),
 }
 MODELS = {"likelihood_other": "likelihood", "cnn": "margin", "sum": "sum", "zncc": "correlation"}  # with their score
 LOOKS = 1, 3, 5
@@ -37,12 +44,13 @@ METRICS = {"accuracy": "Drone, bird or missile: accuracy", "f1_weighted": "And n
 def main():
     here, run = Path(__file__).parent, Path(sys.argv[1])
     keep(run / "learning", here / run.name)
-    tables = {name: whole(here / name / "scores.csv.xz") for name in (METAL, FLIGHT)}
+    tables = {name: whole(here / name / "scores.csv.xz") for name in (METAL, STILL, FLIGHT)}
     draw(tables, ROOT / "docs/img/flight.svg")
     page = ROOT / "docs/flight.md"
     for metric in METRICS:
         put(page, metric, ladder(tables, metric))
         put(page, f"{metric} in flight", in_flight(tables[FLIGHT], metric))
+        put(page, f"{metric} by help", helped(tables, metric))
     confusion = pd.read_csv(here / FLIGHT / "confusion.csv.xz", keep_default_na=False)
     put(page, "taken for", taken_for(confusion))
 
@@ -70,6 +78,13 @@ def in_flight(table, metric):
             if len(found):
                 rows[f"{model}, {count} look{'s' if count > 1 else ''}"] = found
     return _table(rows, "model")
+
+
+def helped(tables, metric):
+    """The same of the sum of models, where something is otherwise."""
+    return _table(
+        {words: of(tables[run], name, "sum", "sum", metric) for words, (run, name) in HELP.items()}, "otherwise"
+    )
 
 
 def _table(rows, first):
