@@ -7,6 +7,8 @@
 # make benchmark: fifteen targets, five protocols, the leaderboard of docs/benchmark.md (an hour), published
 # make kinds: whether models of kinds are recognised that never trained, docs/kinds.md (75 minutes), published
 # make kinds-growth: AUROC over models, other kinds, polarizations and resolution (an hour and a half)
+# make flight: drone, bird or missile in flight, from kept fields, for docs/flight.md (half an hour), published
+# make flight-steps: the way there from the laboratory, one assumption after the other (an hour), published
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
@@ -20,7 +22,7 @@
 # make bench-meshing: what meshing takes beside solving: the default targets, a UAV, half a million triangles (ten minutes)
 # make bench-shapes: fields of targets with fine features beside those of finer meshes (five minutes)
 # make bench-sheets: shells of thin materials beside their series, and how thick a sheet may be (two minutes)
-# make bench-flyers: a plastic drone and a bird of water beside their metal twins (ten minutes)
+# make bench-flyers: a plastic drone and a bird of water beside their metal twins (a minute)
 # make bench-surfaces: where a surface impedance stands for an opaque body or a coating, by series and solves (five minutes)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-imagers: two points by each imager, over distance, SNR and gaps (ten minutes)
@@ -42,7 +44,7 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke optics-meshes aircraft-meshes flyers-images rays report thesis recognition recommended models benchmark kinds kinds-growth test lint docs environment results validate \
+.PHONY: smoke optics-meshes aircraft-meshes flyers-images rays report thesis recognition recommended models benchmark kinds kinds-growth flight flight-steps test lint docs environment results validate \
 	fields check-fields bench-device
 
 smoke: environment
@@ -77,6 +79,16 @@ kinds: environment
 kinds-growth: bench-kinds
 	cp results/benchmarks/kinds-growth.csv resources/results/kinds/growth.csv
 	cp results/benchmarks/kinds-growth.png docs/img/kinds-growth.png
+
+flight: environment
+	snakemake --cores $(CORES) report --configfile config/flight.yaml
+	PYTHONPATH=studies/stewart-burger-2023 python resources/results/flight.py results/flight
+
+flight-steps: environment
+	for run in flight-metal flight-still; do \
+		snakemake --cores $(CORES) results/$$run/learning/scores.csv --configfile config/flight.yaml config/$$run.yaml && \
+		PYTHONPATH=studies/stewart-burger-2023 python resources/results/flight.py results/$$run || exit 1; \
+	done
 
 test: environment
 	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
@@ -137,8 +149,8 @@ aircraft-meshes: environment
 flyers-images: environment
 	snakemake --cores $(CORES) $(patsubst %,results/flyers-fields/imaging/%_01/clean.zarr,drone_plastic bird_water) \
 		--configfile config/flyers-fields.yaml
-	snakemake --cores $(CORES) $(patsubst %,results/flyers-twins/imaging/%_01/clean.zarr,drone_plastic bird_water) \
-		--configfile config/flyers.yaml resources/fields/flyers/twins.yaml
+	snakemake --cores $(CORES) $(patsubst %,results/flyers-metal-fields/imaging/%_01/clean.zarr,drone_plastic bird_water) \
+		--configfile config/flyers-metal-fields.yaml
 
 rays: environment
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements-rays.lock

@@ -1,6 +1,6 @@
 """A plastic drone and a bird of water beside their metal twins: `make bench-flyers`.
 
-RCS and images of the first of each in config/flyers.yaml, of the kept fields and of a run all of metal. Writes
+RCS and images of the first of each in config/flyers.yaml, of their kept fields and those of metal. Writes
 bench-flyers.csv, a row for each polarization, and flyers.png.
 """
 
@@ -14,7 +14,7 @@ from runner import options_of
 from isarflow.core.store import open_store
 from isarflow.learning.confidence import zncc
 
-RUNS = {"as it is": Path("results/flyers-fields"), "all metal": Path("results/flyers-twins")}
+RUNS = {"as it is": Path("results/flyers-fields"), "all metal": Path("results/flyers-metal-fields")}
 TARGETS = {"drone_plastic_01": "plastic drone", "bird_water_01": "bird of water"}
 NEAR_PEAK = 30  # dB below the twin's largest RCS: what lies lower is left out
 VIEW = {"elevation": 15, "azimuth": 30}  # degrees, of the images drawn

@@ -25,6 +25,7 @@ from isarflow.scattering import needs
 
 PLACE, NEEDS = ("run", 2), "targets"  # on the page, see page.py
 PACKAGES = ("snakemake", "numpy", "scipy", "jax", "pymeshlab", "scikit-learn", "xarray", "zarr", "matplotlib")
+LOOKS = 5  # of which is said what they name together
 KINDS_SNR = 12  # dB, of what is said of models that never trained
 # Within these a run's numbers are taken for right.
 SPHERE_DB = 0.2  # of the exact backscatter; with ten edges a wavelength it is 0.01
@@ -95,7 +96,7 @@ def cards(results):
 
 
 def sentences(results):
-    return list(filter(None, (_done(results), _reached(results), _bounds(results))))
+    return list(filter(None, (_done(results), _reached(results), _named(results), _bounds(results))))
 
 
 def _done(results):
@@ -147,6 +148,24 @@ def _reached(results):
         words = f"on the known targets alone {method(closed[0]['model'], closed[0]['score'])}, chosen likewise"
         parts.append(f"{words}, has {closed[0]['value']:.2f}")
     return f"{'; '.join(parts)}."
+
+
+def _named(results):
+    """What one look and several together name rightly of models that never trained; nothing without such a split."""
+    closed = select(section_headline.lead(results), best=True, threshold="") if results.learns else pd.DataFrame()
+    closed = closed[closed["split"].str.startswith("family")] if len(closed) else closed
+    if closed.empty:
+        return ""
+    case = closed.iloc[-1][["split", "experiment", "model", "training"]].to_dict()
+    rows = select(results.scores, **case, elevation="all", threshold="", metric=["accuracy", f"accuracy_{LOOKS}_looks"])
+    parts = []
+    for snr, of_snr in rows.groupby("test_snr_db"):
+        values = of_snr.drop_duplicates("metric").set_index("metric")["value"]
+        values = [f"{value:.2f}" for value in values.reindex(rows["metric"].unique()).dropna()]
+        parts.append(f"{' and '.join(values)} at {snr:g} dB")
+    also = f" and of {LOOKS} looks together" if rows["metric"].nunique() > 1 else ""
+    model = results.names.model(case["model"]).label
+    return f"Of models that never trained {model} names rightly, of single looks{also}: {', '.join(parts)}."
 
 
 def _f1(row):

@@ -95,7 +95,7 @@ def _is_another(base, target):
     kind = target["family"].get("kind") if isinstance(target.get("family"), dict) else None
     if kind and kind != base.get("family", {}).get("kind"):
         return True
-    said = {form: target[form] for form in ("mesh", "parts", "field", "poses") if form in target}
+    said = {form: target[form] for form in ("mesh", "parts", "field", "poses") if target.get(form) is not None}
     return any(_files(own) != _files(base.get(form)) for form, own in said.items() if not isinstance(own, int))
 
 

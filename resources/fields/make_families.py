@@ -7,7 +7,7 @@
     make_families.py card [set]        the tables of <set>/README.md, from the stores and accuracy.csv, and
                                        config/<set>-fields.yaml, which takes the kept fields
 
-A set is `families`, of metal, or `flyers`, of plastic, flesh and feathers.
+A set is `families`, of metal, `flyers`, of plastic, flesh and feathers, or `flyers-metal`, the latter all of metal.
 
 All models have the mirror plane xz, so the reader takes the other azimuths from these (docs/own-fields.md).
 """
@@ -29,9 +29,15 @@ from isarflow.mesh.families import stated_values
 from isarflow.scattering.fields.field_files import digest
 from isarflow.scattering.fields.given_store import read_store
 from isarflow.setup.config import load_config
+from isarflow.setup.poses import ROLE as POSE
 from isarflow.setup.yaml_file import read_yaml
 
 HERE, CONFIGS = Path(__file__).parent, Path("config")
+SETS = {  # the config of each, and what lies over it
+    "families": ["families.yaml"],
+    "flyers": ["flyers.yaml"],
+    "flyers-metal": ["flyers.yaml", "flyers-metal.yaml"],
+}
 SAID = "role", "class", "kind", "symmetry"
 HALF = 180 + 1e-4  # degrees
 MIRRORED = 1e-3  # relative: the most that the other half may differ from the mirror image of the kept one
@@ -41,9 +47,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     steps = {step.__name__: step for step in (missing, keep, accuracy, card)}
     parser.add_argument("what", choices=steps)
-    parser.add_argument("set", nargs="?", choices=("families", "flyers"), default="families")
+    parser.add_argument("set", nargs="?", choices=SETS, default="families")
     options = parser.parse_args()
-    config = load_config(read_yaml(CONFIGS / f"{options.set}.yaml"))
+    config = load_config(*(read_yaml(CONFIGS / name) for name in SETS[options.set]))
     steps[options.what](config, Path("results", config["name"]))
 
 
@@ -69,11 +75,21 @@ def keep(config, results):
 
 
 def _not_kept(config):
-    """The models without a whole store of their own parameters."""
-    for name, target in config["targets"].items():
-        path, parameters = _kept(config, name), stated_values(target["family"])
-        if not (path / stores.SUMS).exists() or stores.open_store(path).attrs["parameters"] != parameters:
+    """The models without a whole store of their own parameters and poses."""
+    for name in _models(config):
+        target, path = config["targets"][name], _kept(config, name)
+        made = {"parameters": stated_values(target["family"]), "poses": 1 + len(target.get("poses", []))}
+        if not (path / stores.SUMS).exists():
             yield name
+        else:
+            kept = stores.open_store(path)
+            if {"parameters": kept.attrs["parameters"], "poses": kept.sizes.get("pose", 1)} != made:
+                yield name
+
+
+def _models(config):
+    """The names of the models; further poses of one that moves are in its own store."""
+    return [name for name, target in config["targets"].items() if target["role"] != POSE]
 
 
 def _kept(config, name):
@@ -83,15 +99,18 @@ def _kept(config, name):
 def _off(path, whole):
     """How far the field that the reader makes of a kept store is from the whole one, relative."""
     wanted = {name: whole[name].values for name in ("frequency", "elevation", "azimuth")}
-    read, _ = read_store(path, [str(way) for way in whole.polarization.values], wanted, ["xz"])
-    return np.linalg.norm(read - whole.field.values) / np.linalg.norm(whole.field.values)
+    ways, every = [str(way) for way in whole.polarization.values], range(whole.sizes.get("pose", 0)) or [None]
+    read = np.array([read_store(path, ways, wanted, ["xz"], pose)[0] for pose in every])
+    return np.linalg.norm(read.reshape(whole.field.shape) - whole.field.values) / np.linalg.norm(whole.field.values)
 
 
 def _attributes(config, results, name):
     target, bands = config["targets"][name], range(config["mesh"]["bands"])
     mesh = json.loads((results / "mesh" / f"{name}.json").read_text())
-    jobs = [f"scattering/bands/{name}-{band}" for band in bands]
-    body = "penetrable" if "parts" in target else "perfectly conducting"  # the store's `parts` have the materials
+    poses = [name, *target.get("poses", [])]
+    jobs = [f"scattering/bands/{pose}-{band}" for pose in poses for band in bands]
+    penetrable = any(part.get("material", "pec") != "pec" for part in target.get("parts", {}).values())
+    body = "penetrable" if penetrable else "perfectly conducting"  # the store's `parts` have the materials
     return {
         "title": f"Monostatic full-wave backscatter of a {body} model ({name}) in free space",
         "target": name,
@@ -107,8 +126,8 @@ def _attributes(config, results, name):
         "date": date.today().isoformat(),
         "processor": ", ".join(sorted({_device(results, job) for job in jobs})),
         "edges_per_wavelength": config["mesh"]["edges_per_wavelength"],
-        "mesh_sha256": [digest(results / "mesh" / f"{name}-{band}.ply") for band in bands],
-        "mesh_processor_s": _processor_seconds(results, f"mesh/{name}"),
+        "mesh_sha256": [digest(results / "mesh" / f"{pose}-{band}.ply") for pose in poses for band in bands],
+        "mesh_processor_s": sum(_processor_seconds(results, f"mesh/{pose}") for pose in poses),
         "processor_s": round(sum(_processor_seconds(results, job) for job in jobs), 1),  # of all cores
     }
 
@@ -125,11 +144,13 @@ def _processor_seconds(results, job):
 
 def accuracy(config, results):
     folder, rows = HERE / config["name"], []
-    finer = load_config(read_yaml(CONFIGS / f"{config['name']}.yaml"), read_yaml(folder / "finer.yaml"))
+    names = [CONFIGS / name for name in SETS[config["name"]]] + [folder / "finer.yaml"]
+    finer = load_config(*(read_yaml(name) for name in names))
     assert finer["mesh"]["edges_per_wavelength"] == FINER
     for path in sorted(Path("results", finer["name"], "scattering").glob("*.zarr")):
         whole = stores.open_store(path).load()
         kept = stores.open_store(folder / path.name).load()
+        kept = kept.isel(pose=0) if "pose" in kept.dims else kept
         references = whole.sel(azimuth=kept.azimuth, method="nearest").field.values
         for way, mine, other in zip(kept.polarization.values, kept.field.values, references, strict=True):
             for hertz, field, reference in zip(kept.frequency.values, mine, other, strict=True):
@@ -140,7 +161,7 @@ def accuracy(config, results):
 
 def card(config, results):
     made = config["name"]
-    there = [name for name in config["targets"] if (_kept(config, name) / stores.SUMS).exists()]
+    there = [name for name in _models(config) if (_kept(config, name) / stores.SUMS).exists()]
     with open(CONFIGS / f"{made}-fields.yaml", "w") as file:
         file.write(f"# The models of {made}.yaml, from their kept fields: by `make_families.py card`.\n")
         file.write(f"name: {made}-fields\ntargets:\n  '*': null\n")

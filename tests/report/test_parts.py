@@ -14,7 +14,17 @@ from isarflow.core import kinds, words
 from isarflow.core.sweep import C0
 from isarflow.imaging.outline import OUTLINE, outline
 from isarflow.imaging.range_profiles import range_profiles
-from isarflow.report import layout, page, plots, section_mesh, section_open, selection, vocabulary
+from isarflow.report import (
+    layout,
+    page,
+    plots,
+    section_headline,
+    section_mesh,
+    section_open,
+    section_run,
+    selection,
+    vocabulary,
+)
 from isarflow.report.published import beside, holds
 from isarflow.report.section_headline import curves
 from isarflow.report.thesis import full_size, size
@@ -317,3 +327,20 @@ def test_of_a_kind_one_model_stands_in_the_table_of_meshes_and_each_that_misses_
     folded = section_mesh.folded(every, ["box_01"])
     assert [*folded.shown["target"]] == ["box_01", "box_03"] and folded.data is every.data
     assert folded.caption.startswith("Quality; 1 row") and section_mesh.folded(every, [*shown["target"]]) is every
+
+
+@pytest.mark.parametrize("split, looks", [("family, novel others", 5), ("family, novel others", 0), ("random", 5)])
+def test_the_first_screen_says_what_is_named_of_models_that_never_trained(split, looks, monkeypatch):
+    case = {"split": split, "experiment": "flight", "model": "knn", "training": "clean", "threshold": ""}
+    metrics = {"accuracy": 0.9, f"accuracy_{looks}_looks": 0.97, "f1_weighted": 0.5}
+    rows = [
+        case | {"test_snr_db": snr, "metric": metric, "value": value + snr / 1000, "elevation": "all"}
+        for snr in (0.0, 12.0)
+        for metric, value in metrics.items()
+    ]
+    monkeypatch.setattr(section_headline, "lead", lambda results: pd.DataFrame([case | {"best": True}]))
+    results = SimpleNamespace(learns=True, scores=pd.DataFrame(rows), names=NAMES)
+    several = ", of single looks and of 5 looks together: 0.90 and 0.97 at 0 dB, 0.91 and 0.98 at 12 dB."
+    single = ", of single looks: 0.90 at 0 dB, 0.91 at 12 dB."
+    said = f"Of models that never trained KNN names rightly{several if looks else single}"
+    assert section_run._named(results) == ("" if split == "random" else said)

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from isarflow.core.errors import InputError
-from isarflow.core.store import open_store
+from isarflow.core.store import open_store, write
 from isarflow.core.sweep import C0, unit_vectors
 from isarflow.scattering.fields.external import write_external
 from isarflow.setup.config import ROOT
@@ -202,3 +202,18 @@ def test_background_is_subtracted_and_a_gate_takes_out_what_is_beyond():
     pulses("empty.zarr", STORED, directions[0], directions[1] + 1, room)
     with pytest.raises(InputError, match=r"^empty\.zarr: its azimuth is not that of given\.zarr"):
         taken(background="empty.zarr")
+
+
+def test_each_pose_is_interpolated_as_a_store_of_its_own():
+    directions, fields = shuffled(), []
+    for points in (POINTS, POINTS[:2]):
+        pulses("given.zarr", STORED, *directions, of_points(STORED, *directions, points))
+        fields.append(taken().field.values)
+    with xr.open_zarr("given.zarr") as store:
+        one = store.load()
+    whole = np.stack([of_points(STORED, *directions, points) for points in (POINTS, POINTS[:2])])
+    both = one.drop_encoding().assign(field=(("pose", *one.field.dims), whole.astype(np.complex64)))
+    write(both.assign_coords(pose=[0, 1]), "poses.zarr", {})
+    store = taken("poses.zarr")
+    assert store.field.dims[0] == "pose" and decibels(store.field.values[1], on_grid(POINTS[:2])) < -60
+    np.testing.assert_allclose(store.field.values, fields, atol=1e-3)  # the second within the extent of the first

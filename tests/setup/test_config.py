@@ -669,6 +669,28 @@ BAD_FIELDS = {
     "not transmitted": ({"field": {"H": "here.ffe"}}, "targets.a.field", "incident waves in V"),
     "own results": ({"field": "results/mine/scattering/a.zarr"}, "targets.a.field", "copy it elsewhere"),
     "own mesh": ({"mesh": "results/mine/a.stl"}, "targets.a.mesh", "copy it elsewhere"),
+    "no background": (
+        {"field": "here.zarr", "background": "no/such.zarr"},
+        "targets.a.background",
+        "no store no/such.zarr",
+    ),
+    "background in a file": ({"field": "here.zarr", "background": "here.ffe"}, "targets.a.background", ".zarr"),
+    "no reference": (
+        {"field": "here.zarr", "calibrate": {"measured": "here.zarr", "computed": "no/such.zarr"}},
+        "targets.a.calibrate.computed",
+        "no store no/such.zarr",
+    ),
+    "half a reference": (
+        {"field": "here.zarr", "calibrate": {"measured": "here.zarr"}},
+        "targets.a.calibrate.computed",
+        "is missing",
+    ),
+    "no gate": ({"field": "here.zarr", "gate": 0.5}, "targets.a.gate", "0.5"),
+    "background of FEKO's": (
+        {"field": "here.ffe", "background": "here.zarr"},
+        "targets.a.background",
+        "one store (.zarr)",
+    ),
     "own RCS": ({"field": "here.ffe", "reference": "results/mine/a.csv"}, "targets.a.reference", "copy it elsewhere"),
 }
 
@@ -680,6 +702,7 @@ IN_VV = {"radar": {"polarizations": ["VV"]}, "learning": {"experiments": {}}}
 def test_bad_field_is_refused_with_its_key(case, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "here.ffe").touch()
+    (tmp_path / "here.zarr").mkdir()
     (tmp_path / "README.md").touch()
     (tmp_path / "results/mine/scattering/a.zarr").mkdir(parents=True)
     for name in ("a.stl", "a.csv"):

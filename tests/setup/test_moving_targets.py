@@ -120,3 +120,10 @@ def test_motion_of_poses_that_nothing_has_is_refused():
 def test_a_pose_has_no_name_of_another_target():
     with pytest.raises(InputError, match=r"flyer_pose_01 is also a pose of flyer"):
         loaded(flyer=FLYER, flyer_pose_01={"mesh": CAD[0], "role": "other"})
+
+
+def test_an_overlay_takes_the_poses_of_a_family_away_and_leaves_the_family():
+    moving = {"targets": {"quad": QUAD | {"poses": 3}}}
+    targets = load_config(moving, {"targets": {"quad": {"poses": None}}})["targets"]
+    assert "poses" not in targets["quad"] and targets["quad"]["family"]["kind"] == "quadcopter"
+    assert "quad_pose_01" not in targets

@@ -21,7 +21,7 @@ name: tiny
 targets:
   '*': null
   pair: {field: "fields/{pair} 1.ffe", role: known, reference: "fields/{target}.csv"}
-  copy: {field: "fields/{copy}.zarr", role: unknown}
+  copy: {field: "fields/{copy}.zarr", role: unknown, background: "fields/{empty}.zarr"}
 mesh: {bands: 1}
 radar: {center_frequency: 1.0e+9, bandwidth: 0.2e+9, frequencies: 3, polarizations: [VV]}
 aspect: {elevation: {start: 0, stop: 10, step: 10}, azimuth: {start: -20, stop: 20, step: 10}}
@@ -31,6 +31,7 @@ learning: {experiments: {'*': null}}
 """
 # Files of a user, with braces in their names, which Snakemake takes for wildcards in names that it knows of.
 PAIR, COPY, REFERENCE = "fields/{pair} 1.ffe", "fields/{copy}.zarr", "fields/{target}.csv"
+EMPTY = "fields/{empty}.zarr"  # what is measured without the copy
 OLD = (1e9, 1e9)  # s, an old date, as `cp -p`, unzip and tar bring along
 
 
@@ -45,7 +46,9 @@ def project(project_of):
     axes = dict(zip(("frequency", "elevation", "azimuth"), sweep, strict=True))
     field = feko.amplitudes(*sweep)["VV"].astype(np.complex64)[None]
     data = xr.Dataset({"field": (("polarization", *axes), field)}, {"polarization": ["VV"], **axes})
-    data.to_zarr(project.folder / COPY, zarr_format=2)
+    room = 0.1j * np.ones_like(field)
+    data.assign(field=data.field + room).to_zarr(project.folder / COPY, zarr_format=2)
+    data.assign(field=0 * data.field + room).to_zarr(project.folder / EMPTY, zarr_format=2)
     assert project.planned("report", *TINY) == {"field": 2, "image": 2, "noise": 1, "report": 1}
     finished = project.run("--cores", 2, "report", "rcs", *TINY)
     assert finished.returncode == 0, finished.stdout
@@ -99,6 +102,13 @@ def test_an_older_file_with_another_content_reruns_its_own_chain(kept):
 
 def test_an_older_chunk_of_a_store_reruns_its_own_chain(kept):
     chunk = max(path for path in (kept.folder / COPY / "field").iterdir() if path.name[0] != ".")
+    chunk.write_bytes(chunk.read_bytes()[:-1] + b"\1")
+    os.utime(chunk, OLD)
+    assert kept.planned("report", *TINY) == {"field": 1, "image": 1, "report": 1}
+
+
+def test_an_older_background_reruns_its_own_chain(kept):
+    (chunk,) = (path for path in (kept.folder / EMPTY / "field").iterdir() if path.name[0] != ".")
     chunk.write_bytes(chunk.read_bytes()[:-1] + b"\1")
     os.utime(chunk, OLD)
     assert kept.planned("report", *TINY) == {"field": 1, "image": 1, "report": 1}
