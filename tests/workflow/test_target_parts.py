@@ -49,7 +49,6 @@ OF_ONE = {  # edits of the config where both are groups of one file, and the job
 
 
 def test_a_mesh_of_parts_in_one_file_is_made_again_for_another_content_alone(project):
-    """A name that the file does not have is refused by a dry run."""
     points = "v 0 0 0\nv 0.1 0 0\nv 0.1 0.1 0\nv 0 0.1 0\nv 0.1 -0.1 0\nv 0 -0.1 0\n"
     (project.folder / "both.obj").write_text(f"{points}g lid\nf 1 2 3 4\ng base\nf 1 2 5 6\n")
     path, mesh = project.write("one.yaml", ONE.replace("name: parts", "name: one")), "results/one/mesh/box.json"
@@ -66,10 +65,6 @@ def test_a_mesh_of_parts_in_one_file_is_made_again_for_another_content_alone(pro
     with (project.folder / "both.obj").open("a") as file:
         file.write("f 1 4 6\n")
     assert project.planned(mesh, "--configfile", path) == {"mesh": 1}
-    project.write("unknown.yaml", ONE.replace("lid: ", "lit: "))
-    refused = project.run("--cores", 1, "--dry-run", mesh, "--configfile", "unknown.yaml")
-    assert refused.returncode != 0
-    assert "'targets.box.mesh': both.obj has no part 'lit'; did you mean 'lid'?" in refused.stdout
 
 
 def test_each_triangle_has_its_part(project):
