@@ -42,7 +42,8 @@ class Source(NamedTuple):
     triangles: np.ndarray  # (T, 3)
     repairs: dict  # number of each repair
     measures: dict  # its size, the file's size as `raw`, and the tolerances of the repairs
-    part: np.ndarray | None = None  # (T,) of a target of several parts, their names by number: the keys of its `parts`
+    part: np.ndarray | None = None  # (T,) of a target of several parts, as numbers of `names`
+    names: Sequence[str] = ()  # of its parts: the keys of its `parts`, and REST if one file holds more
 
 
 def mesh_file(
@@ -119,7 +120,8 @@ def load_source(path, target, mesh, radar, precision="double"):
         if measures[kind] is not None:
             measures[kind] += tolerances[f"thinned_{kind}"]
     measures |= {"raw": raw} | ({"completed": completed} if completed else {})
-    return Source(vertices, triangles, repairs, measures, parts and parts.of(vertices, triangles, path))
+    of_parts = (parts.of(vertices, triangles, path), parts.names) if parts else ()
+    return Source(vertices, triangles, repairs, measures, *of_parts)
 
 
 def _with_hollows(vertices, triangles, edge, path, united, mesh):
@@ -303,7 +305,7 @@ def write(path, settings, measures_path, source_path, mesh_paths):
     begin(path)
     say("read and repair the CAD file")
     source = load_source(path, **settings)
-    names = sorted(settings["target"].get("parts", {}))
+    names = source.names
     write_ply(source_path, source.vertices, source.triangles, source.part, names)
     meshes, measures = build_bands(source, path, **settings)
     print(f"repairs: {counted(measures['repairs']) or 'none'}")

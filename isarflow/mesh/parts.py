@@ -1,4 +1,4 @@
-"""Targets of several parts, each a CAD file of its own: meshed as one surface of which each triangle keeps its part.
+"""Targets of several parts, of a CAD file each or of one: meshed as one surface of which each triangle keeps its part.
 
 A part without `material` is metal. It hides what lies inside of it, as opaque bodies do. Others are thin sheets, which
 waves pass.
@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from isarflow.core.errors import InputError
 from isarflow.mesh import symmetry, topology
 from isarflow.mesh.ground import Ground
-from isarflow.mesh.read.target import hides
+from isarflow.mesh.read.target import REST, hides
 
 MOST_SHARED = 20  # times the reach, squared: the most area on which two sheets may lie on each other, as beside a seam
 NOT_ON = 1e-3  # edges: the least distance of a hollow's wall from the outer one
@@ -26,7 +26,8 @@ class Parts:
     """
 
     def __init__(self, said, surfaces, completed, reach):
-        self.names, self.reach = sorted(said), reach
+        self.names, self.reach = sorted(surfaces), reach
+        self.may_lack = REST if not said.get(REST) else None  # named by no user, it may lie in metal
         self.sheets = np.array([not hides(said[name]) for name in self.names])
         for axis in symmetry.axes(completed):
             surfaces = {
@@ -53,7 +54,7 @@ class Parts:
         apart = self._apart(vertices, triangles)
         part = self._nearest(apart)
         for number, of_part in enumerate(self.names):
-            if not (part == number).any():
+            if of_part != self.may_lack and not (part == number).any():
                 inside = "it lies inside of metal, where no wave reaches, or on other parts, or is too small a detail"
                 raise InputError(f"{name}: nothing is left of the part '{of_part}': {inside}; leave it out.")
         on_both = self.sheets[part] & (((apart <= self.reach) & self.sheets[:, None]).sum(axis=0) > 1)

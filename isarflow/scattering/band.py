@@ -21,7 +21,10 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
     Raises InputError, with the target's name, if the mesh cannot be solved as the config asks.
     """
     vertices, triangles = read_ply(mesh_path)
-    of_parts = {"part": read_parts(mesh_path)[0]} if "parts" in scattering else {}  # their order is that of their names
+    of_parts = {}
+    if "parts" in scattering:
+        of_parts["part"], names = read_parts(mesh_path)  # of those that the config says the mesh may lack the rest
+        scattering = scattering | {"parts": {name: scattering["parts"][name] for name in names}}
     frequency, unknowns = sweep.frequency, topology.unknowns(triangles)
     measures = {"unknowns": unknowns, "triangles": len(triangles), "box": np.ptp(vertices, axis=0)}
     print(

@@ -86,7 +86,7 @@ def check_bodies(vertices, triangles, part, made_of, frequency):
     """
     bounds = triangles[np.array([hides({"material": kind}) for kind in made_of.values()])[part]]
     for number_of, (name, kind) in enumerate(made_of.items()):
-        if not is_opaque(kind):
+        if not is_opaque(kind) or number_of not in part:
             continue
         own, said = triangles[part == number_of], f"part '{name}': " if name else ""
         if refusal(topology.check_closed, vertices, own, "ibc") and (

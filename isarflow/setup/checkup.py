@@ -53,7 +53,9 @@ def check_formulation(config, name, source):
     surface, equation = (source.vertices, source.triangles), materials.equation(scattering)
     if equation == "ibc":  # of several parts some may be sheets
         part = np.zeros(len(surface[1]), int) if source.part is None else source.part
-        check_bodies(*surface, part, materials.of_parts(scattering), frequencies(config["radar"])[0])
+        made_of = materials.of_parts(scattering)
+        made_of = {name: made_of[name] for name in source.names or made_of}
+        check_bodies(*surface, part, made_of, frequencies(config["radar"])[0])
     elif equation in topology.CLOSED:
         topology.check_closed(*surface, equation)
 

@@ -12,6 +12,7 @@ from isarflow.core.errors import InputError, refusal
 from isarflow.core.folders import ROOT
 from isarflow.core.sweep import frequencies, images_are_made
 from isarflow.learning.experiments import CLEAN
+from isarflow.mesh.read.target import REST
 from isarflow.setup import materials, overlay, ranges
 from isarflow.setup.check import check, check_experiments, check_fewest, rules
 from isarflow.setup.families import expanded
@@ -48,6 +49,8 @@ def load_config(*overlays):
     for target in config["targets"].values():
         keys = {"mesh", "field", "reference", "background", "calibrate"} & target.keys()
         target |= {key: _changed(target[key], _from_here) for key in keys}
+        if {"mesh", "parts"} <= target.keys():
+            target["parts"] = {REST: {}} | target["parts"]
         for part in target.get("parts", {}).values():
             part |= {key: _from_here(part[key]) for key in ("mesh",) if key in part}
     learning = config["learning"]

@@ -79,7 +79,7 @@ for _order, _label in (("", "text"), ("<", "little"), (">", "big")):
 @pytest.mark.parametrize("name", CUBES)
 def test_every_dialect_gives_the_cube(tmp_path, name):
     (tmp_path / name).write_bytes(CUBES[name])
-    vertices, triangles = read_cad(tmp_path / name)
+    vertices, triangles, _ = read_cad(tmp_path / name)
     assert np.isfinite(vertices).all()
     assert len(triangles) == 12
     assert topology.areas(vertices, triangles).sum() == pytest.approx(0.24)
@@ -110,7 +110,7 @@ def test_a_polygon_with_a_dent_keeps_it(tmp_path, first):
     outline = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [1, 2, 0], [0, 2, 0]])
     face = (np.arange(6) + first) % 6
     (tmp_path / "l.obj").write_bytes(b"".join(obj([face], vertices=outline)))
-    vertices, triangles = read_cad(tmp_path / "l.obj")
+    vertices, triangles, _ = read_cad(tmp_path / "l.obj")
     assert topology.areas(vertices, triangles).sum() == pytest.approx(3)
     assert topology.shape(vertices[triangles])[0] == pytest.approx(np.tile([0, 0, 1], (4, 1)))
 
@@ -120,7 +120,7 @@ def test_a_face_with_a_hole_keeps_it(tmp_path):
     square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
     outline = obj([(0, 1, 2, 3, 0, 4, 7, 6, 5, 4)], vertices=np.concatenate([square, square / 2]))
     (tmp_path / "hole.obj").write_bytes(b"".join(outline))
-    vertices, triangles = read_cad(tmp_path / "hole.obj")
+    vertices, triangles, _ = read_cad(tmp_path / "hole.obj")
     assert topology.areas(vertices, triangles).sum() == pytest.approx(3)
     assert (np.abs(vertices[triangles].mean(axis=1)[:, :2]).max(axis=1) > 0.5).all()
 

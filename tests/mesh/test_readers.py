@@ -200,7 +200,7 @@ FILES = {
 
 def read(tmp_path, name, data):
     (tmp_path / name).write_bytes(data)
-    vertices, triangles = read_cad(tmp_path / name)
+    vertices, triangles, _ = read_cad(tmp_path / name)
     return vertices[triangles]
 
 
@@ -301,7 +301,7 @@ def test_a_damaged_text_is_refused_or_read_as_its_lines_say(tmp_path, name, monk
         mutant = damaged(data, random)
         monkeypatch.setitem(READERS, f".{form}", lambda _, mutant=mutant: reader(mutant))  # to write files takes longer
         try:
-            vertices, triangles = read_cad(tmp_path / f"a.{form}")
+            vertices, triangles, _ = read_cad(tmp_path / f"a.{form}")
             corners = vertices[triangles]
         except InputError:
             refused += 1

@@ -98,7 +98,7 @@ SIZES = {  # extents, volume and area in metres
 def test_solid_comes_back_and_makes_a_good_mesh(tmp_path, shapes, name, file, solid):
     path = write_shape(tmp_path / file, getattr(shapes, name), solid)
     box, volume, area = SIZES[name]
-    vertices, triangles = cad_kernel.read_surfaces(path, 0.0)
+    vertices, triangles, _ = cad_kernel.read_surfaces(path, 0.0)
     assert np.ptp(vertices, axis=0) == pytest.approx(box, rel=1e-3)
     assert topology.areas(vertices, triangles).sum() == pytest.approx(area, rel=1e-3)
     assert topology.tetrahedra(vertices, triangles).sum() == pytest.approx(volume, rel=1e-3)  # so they face outwards
@@ -132,7 +132,7 @@ def test_a_bolt_and_the_plate_around_it_are_one(tmp_path, gap):
 
 @needs_kernel
 def test_chords_stay_close_to_a_ball(tmp_path, shapes):
-    vertices, triangles = cad_kernel.read_surfaces(write_shape(tmp_path / "ball.step", shapes.ball), 0.0)
+    vertices, triangles, _ = cad_kernel.read_surfaces(write_shape(tmp_path / "ball.step", shapes.ball), 0.0)
     assert np.linalg.norm(vertices, axis=1) == pytest.approx(0.15, rel=1e-6)
     inside = 0.15 - np.linalg.norm(vertices[triangles].mean(axis=1), axis=1)
     assert 0 < inside.max() < 2 * cad_kernel.DEFLECTION[0] * 0.3 * np.sqrt(3)
@@ -161,7 +161,7 @@ def test_placed_and_mirrored_parts(tmp_path, shapes):
     placed = shapes.tin.Located(TopLoc_Location(shift))
     mirrored = BRepBuilderAPI_Transform(placed, mirror).Shape()
     for shape, middle in ((placed, 1.0), (mirrored, -1.0)):
-        vertices, triangles = cad_kernel.read_surfaces(write_shape(tmp_path / "tin.step", shape), 0.0)
+        vertices, triangles, _ = cad_kernel.read_surfaces(write_shape(tmp_path / "tin.step", shape), 0.0)
         assert vertices[:, 0].min() + vertices[:, 0].max() == pytest.approx(2 * middle, abs=1e-4)
         assert topology.tetrahedra(vertices, triangles).sum() == pytest.approx(SIZES["tin"][1], rel=1e-3)
 
@@ -246,7 +246,7 @@ def test_a_body_of_triangles_alone_is_read(tmp_path, shapes, option, name):
     path = write_shape(tmp_path / "t.step", triangles_alone(getattr(shapes, name)))
     assert "TRIANGULATED_FACE" in path.read_text() and "ADVANCED_FACE" not in path.read_text()
     box, volume, area = SIZES[name]
-    vertices, triangles = cad_kernel.read_surfaces(path, 0.0)
+    vertices, triangles, _ = cad_kernel.read_surfaces(path, 0.0)
     assert np.ptp(vertices, axis=0) == pytest.approx(box, rel=5e-3)
     assert topology.areas(vertices, triangles).sum() == pytest.approx(area, rel=0.01)
     assert topology.tetrahedra(vertices, triangles).sum() == pytest.approx(volume, rel=0.01)
@@ -269,6 +269,60 @@ def test_a_unit_is_that_of_the_parts_that_state_none(tmp_path, shapes):
     assert np.ptp(made["block"][0], axis=0) == pytest.approx([0.04] * 3, rel=1e-6)
     with pytest.raises(InputError, match=r"'targets\.t\.unit': .* states its own unit; leave 'unit' out"):
         load_config({"targets": {"t": {"parts": {"tin": parts["tin"]}, "unit": "mm", "role": "other"}}})
+
+
+@needs_kernel
+def test_parts_are_solids_by_their_names_or_numbers(tmp_path, shapes):
+    path = write_shape(tmp_path / "two.step", compound(shapes.tin, shapes.box))
+    text = path.read_text()
+    assert text.count("MANIFOLD_SOLID_BREP(''") == 2
+    first, second = text.replace("MANIFOLD_SOLID_BREP(''", "MANIFOLD_SOLID_BREP('Tin can'", 1), text
+    for content, said in ((first, ["Tin_can", "solid_2"]), (second, ["solid_1", "solid_2"]), (first, ["Tin_can"])):
+        path.write_text(content)
+        found = read_surfaces(path, {"parts": {part: {} for part in said}, "scale": 2.0})
+        surfaces = found[said[0]], found[said[-1] if len(said) == 2 else "rest"]
+        for surface, name in zip(surfaces, ("tin", "box"), strict=True):
+            assert topology.tetrahedra(*surface).sum() == pytest.approx(8 * SIZES[name][1], rel=2e-3)
+    with pytest.raises(InputError, match=r"no part 'tin_can'; did you mean 'Tin_can'\? It has the solids Tin_can, sol"):
+        read_surfaces(path, {"parts": {"tin_can": {}}})
+
+
+@needs_kernel
+def test_parts_are_products_of_an_assembly(tmp_path, shapes):
+    """A box, and a tin at two places in a product of its own, which is no part where the tin in it has a name."""
+    from OCP.gp import gp_Trsf, gp_Vec
+    from OCP.STEPCAFControl import STEPCAFControl_Writer
+    from OCP.STEPControl import STEPControl_StepModelType
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDataStd import TDataStd_Name
+    from OCP.TDocStd import TDocStd_Document
+    from OCP.TopLoc import TopLoc_Location
+    from OCP.XCAFDoc import XCAFDoc_DocumentTool
+
+    document = TDocStd_Document(TCollection_ExtendedString("MDTV-XCAF"))
+    tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    made = {"shell": tool.AddShape(shapes.box, False), "motor": tool.AddShape(shapes.tin, False)}
+    made |= {"motors": tool.NewShape(), "drone": tool.NewShape()}
+    for name, label in made.items():
+        TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
+    for metres in (1.0, 2.0):
+        shift = gp_Trsf()
+        shift.SetTranslation(gp_Vec(1000 * metres, 0.0, 0.0))
+        tool.AddComponent(made["motors"], made["motor"], TopLoc_Location(shift))
+    for name in ("shell", "motors"):
+        tool.AddComponent(made["drone"], made[name], TopLoc_Location())
+    tool.UpdateAssemblies()
+    writer, path = STEPCAFControl_Writer(), tmp_path / "drone.step"
+    assert writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
+    writer.Write(str(path))
+    found = read_surfaces(path, {"parts": {"shell": {}, "motor": {}}})
+    assert topology.tetrahedra(*found["shell"]).sum() == pytest.approx(SIZES["box"][1])
+    assert topology.tetrahedra(*found["motor"]).sum() == pytest.approx(2 * SIZES["tin"][1], rel=2e-3)  # chords of 2 m
+    assert found["motor"][0][:, 0].min() == pytest.approx(0.9, abs=1e-3)
+    with pytest.raises(
+        InputError, match=r"has no part 'drone'\. It has the solids solid_1, .*; products motor, shell\."
+    ):
+        read_surfaces(path, {"parts": {"drone": {}}})
 
 
 @needs_kernel

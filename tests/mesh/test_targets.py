@@ -97,14 +97,14 @@ def test_second_run_gives_the_same_bytes(built):
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_cad_file_fits_the_project(name):
-    vertices, triangles = read_cad(CONFIG["targets"][name]["mesh"])
+    vertices, triangles, _ = read_cad(CONFIG["targets"][name]["mesh"])
     assert 0.45 < np.ptp(vertices, axis=0).max() <= 1.0 + 1e-6  # metres
     assert topology.areas(vertices, triangles).sum() < 0.5  # m^2: unknowns go with the area
     assert len(triangles) * 50 < 300_000
 
 
 def test_trihedral_looks_along_its_boresight():
-    vertices, triangles = read_cad(CONFIG["targets"]["trihedral"]["mesh"])
+    vertices, triangles, _ = read_cad(CONFIG["targets"]["trihedral"]["mesh"])
     assert topology.areas(vertices, triangles).sum() == pytest.approx(3 * 0.5**2 / 2)
     elevation = np.arctan(1 / np.sqrt(2))
     boresight = np.array([np.cos(elevation), 0, np.sin(elevation)])

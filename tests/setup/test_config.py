@@ -44,6 +44,15 @@ def test_a_material_has_its_numbers_written_out():
     assert load_config(of_material("space_cloth"))["targets"]["a"]["material"]["resistance"] == 376.73
 
 
+def test_parts_of_one_file_have_a_rest_of_metal():
+    targets = {"targets": {"a": {"role": "other", "mesh": DRONE, "parts": {"shell": ABS, "motors": {}}}}}
+    config = load_config(targets)
+    assert [*method(config, "a")["parts"]] == ["motors", "rest", "shell"]
+    assert config["targets"]["a"]["mesh"] == DRONE and config["targets"]["a"]["parts"]["rest"] == {}
+    targets["targets"]["a"]["parts"]["rest"] = ABS
+    assert load_config(targets)["targets"]["a"]["parts"]["rest"] == config["targets"]["a"]["parts"]["shell"]
+
+
 def test_parts_have_materials_of_their_own():
     config = load_config(of_parts(shell={**ABS, "mesh": DRONE}, motors={"mesh": DRONE}, wires={"mesh": DRONE}))
     shell = {"name": "abs", "permittivity": 2.7, "loss_tangent": 0.008, "thickness": 0.0015}
@@ -254,7 +263,7 @@ BAD = {
     ),
     "a part's wall": (of_parts(b={"mesh": DRONE, "material": "abs"}), "targets.a.parts.b.material.thickness", "solid"),
     "a part's file": (of_parts(b={"mesh": "no.stl"}), "targets.a.parts.b.mesh", "there is no file no.stl"),
-    "no parts": (of_parts(), "targets.a.parts", "the CAD files of a target of several parts"),
+    "no parts": (of_parts(), "targets.a.parts", "the parts of a target by name"),
     "a part by cfie": (
         {"scattering": {"formulation": "cfie"}, **of_parts(b={"mesh": DRONE, **ABS})},
         "targets.a.parts.b.material",
@@ -270,10 +279,20 @@ BAD = {
         "targets.a.material",
         "each of the 'parts' has its own",
     ),
-    "parts beside a mesh": (
-        {"targets": {"a": {"role": "other", "mesh": DRONE, "parts": {"b": {"mesh": DRONE}}}}},
+    "poses of parts in one file": (
+        {"targets": {"a": {"role": "other", "mesh": DRONE, "parts": {"b": {"poses": [DRONE, DRONE]}}}}},
+        "targets.a.parts.b.poses",
+        "the file of all its 'parts'",
+    ),
+    "parts beside poses": (
+        {"targets": {"a": {"role": "other", "poses": [DRONE, DRONE], "parts": {"b": {}}}}},
         "targets.a.parts",
         "one of 'mesh'",
+    ),
+    "a part's file beside the target's": (
+        {"targets": {"a": {"role": "other", "mesh": DRONE, "parts": {"b": {"mesh": DRONE}}}}},
+        "targets.a.parts.b.mesh",
+        "the file of all its 'parts'",
     ),
     "material by cfie": (
         {"scattering": {"formulation": "cfie"}, **of_material({"resistance": 377})},

@@ -106,6 +106,22 @@ def test_another_material_of_a_part_leaves_the_rest_of_its_target():
         assert merged["parts"] == {"s": part} and ("unit" in merged) == kept
 
 
+def test_another_material_of_a_part_of_one_file_leaves_its_target():
+    first = {"targets": {"a": {"mesh": "a.obj", "parts": {"s": {"material": "abs"}}, "role": "known", "unit": "mm"}}}
+    changes = {
+        "material": ({"parts": {"s": {}}}, {"mesh": "a.obj", "parts": {"s": {}}, "unit": "mm"}),
+        "same file": ({"mesh": "a.obj"}, first["targets"]["a"]),
+        "no parts": ({"parts": None}, {"mesh": "a.obj", "unit": "mm"}),
+        "another file": ({"mesh": "b.obj"}, {"mesh": "b.obj"}),
+        "several files": ({"parts": {"s": {"mesh": "s.obj"}}}, {"parts": {"s": {"mesh": "s.obj"}}}),
+    }
+    for change, merged in changes.values():
+        assert merge(first, {"targets": {"a": change}})["targets"]["a"] == {"role": "known"} | merged
+    several = {"targets": {"a": {"parts": {"s": {"mesh": "s.obj"}}, "role": "known", "unit": "mm"}}}
+    one = {"mesh": "a.obj", "parts": {"s": {}}}
+    assert merge(several, {"targets": {"a": one}})["targets"]["a"] == {"role": "known"} | one
+
+
 @pytest.mark.parametrize("key", ["mesh", "field"])
 def test_what_is_said_of_a_file_does_not_hold_for_another(key, tmp_path):
     path = tmp_path / {"mesh": "a.stl", "field": "a.ffe"}[key]

@@ -11,6 +11,7 @@ from isarflow.mesh.read.exchange import is_iges, left_out_of_iges, left_out_of_s
 
 FORMATS = (".step", ".stp", ".iges", ".igs")
 INSTALL = ".venv/bin/pip install --require-hashes -r envs/requirements-step.lock"
+UNNAMED = "", "NONE"  # what programs write of a solid without a name
 MILLIMETRE = 1e-3  # metres; the kernel converts every file's own unit to millimetres
 # The least and largest allowed distance of chords from the surface, as a fraction of the target's diagonal; near poles
 # of a sphere the kernel takes up to twice that, still 1/50 wavelength for a diagonal of 100. From one chord to the
@@ -25,7 +26,7 @@ def check_installed(key):
 
 
 def read_surfaces(path, chord):
-    """Vertices (V, 3) float64 in metres and triangles (T, 3) of all faces in a STEP or IGES file.
+    """Vertices (V, 3) float64 in metres, triangles (T, 3) and names (`read_cad`) of all faces of a STEP or IGES file.
 
     Chords are at most about `chord` metres from the surfaces, within the bounds of DEFLECTION. Vertices of neighbours
     coincide along their common edge. Raises InputError for a file that cannot be read, or only in part.
@@ -38,7 +39,8 @@ def read_surfaces(path, chord):
     for printer in Message.DefaultMessenger_s().Printers():  # otherwise statistics fill the terminal instead of the log
         printer.SetTraceLevel(Message_Gravity.Message_Fail)
     try:
-        faces = _faces(_shape(Path(path)), chord / MILLIMETRE)
+        shape, reader = _shape(Path(path))
+        faces, names = _faces(shape, chord / MILLIMETRE), _names(shape, reader)
     except InputError:
         raise
     except Exception as error:  # the kernel's own, of many kinds
@@ -52,11 +54,13 @@ def read_surfaces(path, chord):
         raise InputError(f"{path}: {some}. Heal the shape in the CAD program, or export it as STL.")
     first = np.cumsum([0] + [len(points) for points, _ in faces[:-1]])
     triangles = [corners + start for (_, corners), start in zip(faces, first, strict=True)]
-    return np.concatenate([points for points, _ in faces]) * MILLIMETRE, np.concatenate(triangles)
+    face = np.repeat(np.arange(len(faces)), [len(corners) for _, corners in faces])
+    names = {kind: (of_faces, face) for kind, of_faces in names.items()}
+    return np.concatenate([points for points, _ in faces]) * MILLIMETRE, np.concatenate(triangles), names
 
 
 def _shape(path):
-    """All shapes of a file as one, in millimetres."""
+    """All shapes of a file as one, in millimetres, and the kernel's reader of it."""
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.IGESControl import IGESControl_Reader
     from OCP.Interface import Interface_Static
@@ -83,7 +87,36 @@ def _shape(path):
     if left:
         rest = f" and {len(left) - 1} more" if len(left) > 1 else ""
         raise InputError(f"{path}: Open CASCADE does not read {left[0]}{rest}, perhaps surfaces. Export STL, or anew.")
-    return reader.OneShape()
+    return reader.OneShape(), reader
+
+
+def _names(shape, reader):
+    """Names of faces by kind, in the order of `_faces`: of solids, or solid_1, ..., and of the innermost products."""
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopLoc import TopLoc_Location
+    from OCP.TopoDS import TopoDS_Iterator
+
+    transfer, numbers, names = reader.WS().TransferReader(), {}, []
+
+    def walk(shape, solid, product):
+        if shape.ShapeType() == TopAbs_ShapeEnum.TopAbs_FACE:
+            names.append((solid, product))
+            return
+        placed = transfer.EntityFromShapeResult(shape, -1)
+        if type(placed).__name__ == "StepRepr_NextAssemblyUsageOccurrence":
+            product = placed.RelatedProductDefinition().Formation().OfProduct().Name().ToCString()
+        if shape.ShapeType() == TopAbs_ShapeEnum.TopAbs_SOLID:  # in all places of it the same one
+            number = numbers.setdefault(shape.TShape(), len(numbers) + 1)
+            entity = transfer.EntityFromShapeResult(shape.Located(TopLoc_Location()), -1)
+            said = entity.Name() if hasattr(entity, "Name") else None
+            solid = said.ToCString() if said and said.ToCString() not in UNNAMED else f"solid_{number}"
+        inner = TopoDS_Iterator(shape, False, False)
+        while inner.More():
+            walk(inner.Value(), solid, product)
+            inner.Next()
+
+    walk(shape, "", "")
+    return dict(zip(("solids", "products"), zip(*names, strict=True), strict=False))
 
 
 def _faces(shape, chord):

@@ -38,6 +38,7 @@ OBJ_UNREAD = {
     b"csh": "a command, which is not run; put the lines that it makes here",
 }
 OBJ_VERTEX = 3, 4, 6, 7  # numbers: x, y, z, perhaps a weight, perhaps a colour
+OBJ_KINDS = {b"g": "groups", b"o": "objects", b"usemtl": "materials"}  # of the names that faces have
 XYZ, CORNERS = [("x", "d"), ("y", "d"), ("z", "d")], [("vertex_indices", "dd")]
 
 
@@ -49,6 +50,7 @@ class Surface(NamedTuple):
     corners: np.ndarray  # (sum of sizes,) vertices of the faces, one after the other
     lines: object = None  # (V,) the line of each vertex, in text files that have one
     face_lines: object = None  # (F,) the line of each face, in such files
+    names: object = None  # of OBJ files, {kind: (names, number of each face's (F,))}
 
 
 def read_stl(data):
@@ -110,7 +112,7 @@ def _stl_text(data):
 def read_obj(data):
     """Read all faces of an OBJ file, of any object, group and material; other surfaces are refused."""
     points, sizes, corners, lines, face_lines = array("d"), array("q"), array("q"), array("q"), array("q")
-    joined, begun, width = b"", 0, 0
+    joined, begun, width, marks = b"", 0, 0, {kind: [(0, "")] for kind in OBJ_KINDS.values()}
     for number, line in numbered(data):
         content = line.split(b"#", 1)[0].rstrip()
         # A name may end so, as a folder of Windows does; what would follow it is refused as no statement.
@@ -141,8 +143,9 @@ def read_obj(data):
             sizes.append(len(face))
             face_lines.append(at)
             corners.extend(corner - 1 if corner > 0 else count + corner for corner in face)
-        elif word in (b"o", b"g"):
-            width = 0
+        elif word in OBJ_KINDS:
+            width = width if word == b"usemtl" else 0
+            marks[OBJ_KINDS[word]].append((len(sizes), b" ".join(words[1:]).decode("utf-8", "replace")))
         elif word not in OBJ_REST:
             why = "is no statement of an OBJ file, so that a part may be left out. Mend or delete the line"
             if word[:1] in b"+-.0123456789":
@@ -152,7 +155,12 @@ def read_obj(data):
             raise InputError(f"{quoted(at, line)} {why}.")
     if joined:
         raise InputError(f"{quoted(number, line)} goes on, but it is the last; the file may have been cut short.")
-    return Surface(np.frombuffer(points, float).reshape(-1, 3), *map(np.array, (sizes, corners, lines, face_lines)))
+    names = {}
+    for kind, of_kind in marks.items():
+        starts, said = zip(*of_kind, strict=True)
+        names[kind] = said, np.repeat(np.arange(len(said)), np.diff([*starts, len(sizes)]))
+    points = np.frombuffer(points, float).reshape(-1, 3)
+    return Surface(points, *map(np.array, (sizes, corners, lines, face_lines)), names)
 
 
 def read_off(data):

@@ -1,11 +1,13 @@
 """Read a CAD file's triangles in metres, or say why it is unusable, with the place."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0
+from isarflow.core.words import near
 from isarflow.mesh import families, shapes, topology
 from isarflow.mesh.read import cad_kernel, halves
 from isarflow.mesh.read.formats import NO_CAD, beginning, read_obj, read_off, read_stl, triangulated
@@ -20,12 +22,15 @@ USUAL, AROUND = 4, 10  # wavelengths, and the factor around it within which a ta
 FARTHEST = 1e4  # of its size, from the origin: farther away, volumes lose their digits
 LARGEST_NUMBER = 1e12  # of a coordinate, in any unit
 LENGTH_TOLERANCE = 0.02  # of a target's `length`
+REST = "rest"  # the part of what a file has besides those that its target names
+LISTED = 500  # characters of a file's names in a message
 READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".off": read_off}
 
 
 def read_cad(path, chord=0.0):
     """Read vertices (V, 3) float64, unchanged, and triangles (T, 3) that faces are cut into, of a CAD file.
 
+    Third are the names that the file gives its parts, by their kinds: {kind: (names, number of each triangle's (T,))}.
     For a STEP or IGES file triangles are computed, in metres, at most `chord` metres from its surfaces, or as little as
     is useful. Raises InputError for a file that holds no usable triangles.
     """
@@ -43,7 +48,7 @@ def read_cad(path, chord=0.0):
         text = str(error)
         raise InputError(f"{path} {text[3:] if text.startswith('it ') else f'cannot be read: {text}'}") from None
     _check_numbers(surface, path)
-    vertices, sizes, corners, *_ = surface
+    vertices, sizes, corners, *_, names = surface
     vertices = np.where(np.isfinite(vertices), vertices, 0.0)  # no face uses these; later steps drop and count them
     triangles = triangulated(vertices, sizes, corners.astype(np.int64))
     if len(triangles) == 0:
@@ -53,7 +58,8 @@ def read_cad(path, chord=0.0):
         raise InputError(f"{path} has coordinates of {np.abs(used).max():.3g}, which are none in any unit of length.")
     if np.ptp(used, axis=0).max() == 0:
         raise InputError(f"{path}: all corners of its triangles are at one place.")
-    return vertices, triangles
+    face = np.repeat(np.arange(len(sizes)), sizes - 2)
+    return vertices, triangles, {kind: (said, number[face]) for kind, (said, number) in (names or {}).items()}
 
 
 def cad_of(target):
@@ -65,8 +71,9 @@ def cad_of(target):
 
 
 def files_of(target):
-    """Return the paths of the CAD files of a target, one for each of its parts; of a family's model none."""
-    return [part["mesh"] for _, part in sorted(target.get("parts", {"": target}).items()) if "mesh" in part]
+    """Return the paths of a target's CAD files, its own, or one for each of its parts; of a family's model none."""
+    parts = {"": target} if "mesh" in target else target.get("parts", {})
+    return [part["mesh"] for _, part in sorted(parts.items()) if "mesh" in part]
 
 
 def is_metal(part):
@@ -102,16 +109,41 @@ def read_surfaces(path, target, chord=0.0):
     if "family" in target:
         family, pose = target["family"], target["family"].get("pose", 0.0)
         made = families.surfaces(family, pose) if "parts" in target else {"": families.solid(family, pose)}
-    else:
+    elif all("mesh" in part for part in target.get("parts", {}).values()):
         files = target.get("parts", {"": {"mesh": path}})
-        made = {name: _in_unit(part["mesh"], target, chord) for name, part in sorted(files.items())}
+        made = {name: _in_unit(part["mesh"], target, chord)[:2] for name, part in sorted(files.items())}
+    else:
+        made = _by_name(path, *_in_unit(path, target, chord), target["parts"])
     return {name: (in_metres(vertices, target), triangles) for name, (vertices, triangles) in made.items()}
+
+
+def _by_name(path, vertices, triangles, names, said):
+    """The surfaces of a file's parts that `said` names, all by one kind of `names`, and of REST if there is more."""
+    plain = {kind: [_plain(name) for name in own] for kind, (own, _) in names.items()}
+    there = {kind: sorted({plain[kind][k] for k in np.unique(number)} - {""}) for kind, (_, number) in names.items()}
+    there = {kind: own for kind, own in there.items() if own}
+    if not there:
+        why = "has no named groups, objects, materials (OBJ) or solids (STEP), which 'parts' could be"
+        raise InputError(f"{path} {why}: name them in the CAD program, or give each part a 'mesh', a file of its own.")
+    kind = min(there, key=lambda kind: len(said.keys() - {REST, *there[kind]}))
+    for name in sorted(said.keys() - {REST, *there[kind]}):
+        listed = "; ".join(f"{kind} {', '.join(own)}" for kind, own in there.items())
+        listed = listed if len(listed) <= LISTED else f"{listed[:LISTED]}..."
+        raise InputError(f"{path} has no part '{name}'{near(name, there[kind])} It has the {listed}.")
+    part = np.array([name if name in said else REST for name in plain[kind]])[names[kind][1]]
+    return {str(name): topology.compact(vertices, triangles[part == name]) for name in np.unique(part)}
+
+
+def _plain(name):
+    """A name as a config may have it: what is no letter, digit, dot or hyphen is an underscore."""
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", name).strip("_.-")
+    return f"part_{name}" if name[:1].isdigit() else name
 
 
 def _in_unit(path, target, chord):
     """The result of `read_cad` in metres: by the file itself, or by the target's `unit`."""
-    vertices, triangles = read_cad(path, chord)
-    return vertices * (1.0 if states_unit(path) else UNITS[target.get("unit", "m")]), triangles
+    vertices, *rest = read_cad(path, chord)
+    return vertices * (1.0 if states_unit(path) else UNITS[target.get("unit", "m")]), *rest
 
 
 def joined(surfaces, target, mesh, radar):
@@ -128,7 +160,7 @@ def in_plane(vertices, triangles, mesh, radar):
 
 def _check_numbers(surface, path):
     """Refuse faces of two corners, or with vertices that do not exist or are not finite."""
-    vertices, sizes, corners, lines, face_lines = surface
+    vertices, sizes, corners, lines, face_lines, _ = surface
     owner = np.repeat(np.arange(len(sizes)), sizes)
     wrong = ~((corners >= 0) & (corners < len(vertices)) & (corners == np.floor(corners)))
     if wrong.any() or (sizes < 3).any():
