@@ -7,8 +7,6 @@
 # make benchmark: fifteen targets, five protocols, the leaderboard of docs/benchmark.md (an hour), published
 # make kinds: whether models of kinds are recognised that never trained, docs/kinds.md (75 minutes), published
 # make kinds-growth: AUROC over models, other kinds, polarizations and resolution (an hour and a half)
-# make flight: drone, bird or missile in flight, from kept fields, for docs/flight.md (half an hour), published
-# make flight-steps: the way there from the laboratory, one assumption after the other (an hour), published
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
@@ -44,7 +42,7 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke optics-meshes aircraft-meshes flyers-images rays report thesis recognition recommended models benchmark kinds kinds-growth flight flight-steps test lint docs environment results validate \
+.PHONY: smoke optics-meshes aircraft-meshes flyers-images rays report thesis recognition recommended models benchmark kinds kinds-growth test lint docs environment results validate \
 	fields check-fields bench-device
 
 smoke: environment
@@ -79,16 +77,6 @@ kinds: environment
 kinds-growth: bench-kinds
 	cp results/benchmarks/kinds-growth.csv resources/results/kinds/growth.csv
 	cp results/benchmarks/kinds-growth.png docs/img/kinds-growth.png
-
-flight: environment
-	snakemake --cores $(CORES) report --configfile config/flight.yaml
-	PYTHONPATH=studies/stewart-burger-2023 python resources/results/flight.py results/flight
-
-flight-steps: environment
-	for run in flight-metal flight-still; do \
-		snakemake --cores $(CORES) results/$$run/learning/scores.csv --configfile config/flight.yaml config/$$run.yaml && \
-		PYTHONPATH=studies/stewart-burger-2023 python resources/results/flight.py results/$$run || exit 1; \
-	done
 
 test: environment
 	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder

@@ -48,7 +48,6 @@ MENU = {
         "docs/motion",
         "docs/recognition",
         "docs/kinds",
-        "docs/flight",
         "docs/benchmark",
         "docs/validation",
         "docs/results",
