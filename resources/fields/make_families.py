@@ -26,6 +26,7 @@ from make import put, said
 from isarflow.core import store as stores
 from isarflow.learning.evaluation.timing import cpu
 from isarflow.mesh.families import stated_values
+from isarflow.mesh.read.target import is_metal
 from isarflow.scattering.fields.field_files import digest
 from isarflow.scattering.fields.given_store import read_store
 from isarflow.setup.config import load_config
@@ -78,13 +79,11 @@ def _not_kept(config):
     """The models without a whole store of their own parameters and poses."""
     for name in _models(config):
         target, path = config["targets"][name], _kept(config, name)
-        made = {"parameters": stated_values(target["family"]), "poses": 1 + len(target.get("poses", []))}
-        if not (path / stores.SUMS).exists():
-            yield name
-        else:
-            kept = stores.open_store(path)
-            if {"parameters": kept.attrs["parameters"], "poses": kept.sizes.get("pose", 1)} != made:
-                yield name
+        if (path / stores.SUMS).exists():
+            kept, poses = stores.open_store(path), 1 + len(target.get("poses", []))
+            if kept.attrs["parameters"] == stated_values(target["family"]) and kept.sizes.get("pose", 1) == poses:
+                continue
+        yield name
 
 
 def _models(config):
@@ -109,8 +108,8 @@ def _attributes(config, results, name):
     mesh = json.loads((results / "mesh" / f"{name}.json").read_text())
     poses = [name, *target.get("poses", [])]
     jobs = [f"scattering/bands/{pose}-{band}" for pose in poses for band in bands]
-    penetrable = any(part.get("material", "pec") != "pec" for part in target.get("parts", {}).values())
-    body = "penetrable" if penetrable else "perfectly conducting"  # the store's `parts` have the materials
+    metal = all(map(is_metal, target.get("parts", {}).values()))
+    body = "perfectly conducting" if metal else "penetrable"  # the store's `parts` have the materials
     return {
         "title": f"Monostatic full-wave backscatter of a {body} model ({name}) in free space",
         "target": name,
