@@ -96,7 +96,9 @@ def cards(results):
 
 
 def sentences(results):
-    return list(filter(None, (_done(results), _reached(results), _named(results), _bounds(results))))
+    lead = section_headline.lead(results) if results.learns else None
+    reached = () if lead is None else (_reached(results, lead), _named(results, lead))
+    return list(filter(None, (_done(results), *reached, _bounds(results))))
 
 
 def _done(results):
@@ -122,10 +124,8 @@ def _done(results):
     return f"{'; '.join(parts)}."
 
 
-def _reached(results):
-    if not results.learns:
-        return ""
-    drawn = select(section_headline.lead(results), best=True, threshold=[LEAD, ""])
+def _reached(results, lead):
+    drawn = select(lead, best=True, threshold=[LEAD, ""])
     snr = nearest(drawn["test_snr_db"], 12)
     at = select(drawn, test_snr_db=snr)
     opened, method = LEAD in set(at["threshold"]), results.names.method
@@ -150,10 +150,10 @@ def _reached(results):
     return f"{'; '.join(parts)}."
 
 
-def _named(results):
+def _named(results, lead):
     """What one look and several together name rightly of models that never trained; nothing without such a split."""
-    closed = select(section_headline.lead(results), best=True, threshold="") if results.learns else pd.DataFrame()
-    closed = closed[closed["split"].str.startswith("family")] if len(closed) else closed
+    closed = select(lead, best=True, threshold="")
+    closed = closed[closed["split"].str.startswith("family")]
     if closed.empty:
         return ""
     case = closed.iloc[-1][["split", "experiment", "model", "training"]].to_dict()

@@ -18,7 +18,6 @@ from isarflow.report import (
     layout,
     page,
     plots,
-    section_headline,
     section_mesh,
     section_open,
     section_run,
@@ -330,7 +329,7 @@ def test_of_a_kind_one_model_stands_in_the_table_of_meshes_and_each_that_misses_
 
 
 @pytest.mark.parametrize("split, looks", [("family, novel others", 5), ("family, novel others", 0), ("random", 5)])
-def test_the_first_screen_says_what_is_named_of_models_that_never_trained(split, looks, monkeypatch):
+def test_the_first_screen_says_what_is_named_of_models_that_never_trained(split, looks):
     case = {"split": split, "experiment": "flight", "model": "knn", "training": "clean", "threshold": ""}
     metrics = {"accuracy": 0.9, f"accuracy_{looks}_looks": 0.97, "f1_weighted": 0.5}
     rows = [
@@ -338,9 +337,8 @@ def test_the_first_screen_says_what_is_named_of_models_that_never_trained(split,
         for snr in (0.0, 12.0)
         for metric, value in metrics.items()
     ]
-    monkeypatch.setattr(section_headline, "lead", lambda results: pd.DataFrame([case | {"best": True}]))
-    results = SimpleNamespace(learns=True, scores=pd.DataFrame(rows), names=NAMES)
+    lead, results = pd.DataFrame([case | {"best": True}]), SimpleNamespace(scores=pd.DataFrame(rows), names=NAMES)
     several = ", of single looks and of 5 looks together: 0.90 and 0.97 at 0 dB, 0.91 and 0.98 at 12 dB."
     single = ", of single looks: 0.90 at 0 dB, 0.91 at 12 dB."
     said = f"Of models that never trained KNN names rightly{several if looks else single}"
-    assert section_run._named(results) == ("" if split == "random" else said)
+    assert section_run._named(results, lead) == ("" if split == "random" else said)

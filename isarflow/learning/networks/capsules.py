@@ -18,6 +18,11 @@ WEIGHTS = (*LAYERS, *(f"{layer}_offset" for layer in LAYERS), "votes")
 PRESENT, ABSENT, DOWN = 0.9, 0.1, 0.5  # m+, m- and lambda of the margin loss
 
 
+def sigmoid(x):
+    """1 / (1 + exp(-x)), which does not overflow."""
+    return 0.5 * (1 + x.__array_namespace__().tanh(x / 2))
+
+
 def squash(vectors):
     """Vectors (..., d) with length s shortened to s^2 / (1 + s^2) (eq. 1 of Sabour et al.)."""
     square = (vectors**2).sum(-1)[..., None]
@@ -83,7 +88,7 @@ def reconstruct(weights, vectors, mask, bounded):
     for layer in ("decoder0", "decoder1"):
         hidden = library.maximum(hidden @ weights[layer] + weights[f"{layer}_offset"], 0)
     outputs = hidden @ weights["decoder2"] + weights["decoder2_offset"]
-    return 0.5 * (1 + library.tanh(outputs / 2)) if bounded else outputs
+    return sigmoid(outputs) if bounded else outputs
 
 
 def margin_loss(vectors, truth, made=1):

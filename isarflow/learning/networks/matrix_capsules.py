@@ -7,7 +7,7 @@ activation, 0 to 1. Convolutions, decoder and names of weights are the capsule n
 import numpy as np
 
 from isarflow.learning.networks import capsules
-from isarflow.learning.networks.capsules import CLASS
+from isarflow.learning.networks.capsules import CLASS, sigmoid
 
 SIDE = 4  # of a pose
 TINY = 1e-6  # added to variances and sums, which may be zero
@@ -18,11 +18,6 @@ COOLING = 0.95  # of what is missing to it, an iteration
 MARGIN = 0.2, 0.9  # of the spread loss, at the beginning and at the end of training
 START = -1.0  # of beta_a: a class without votes is then active by 0.19
 WEIGHTS = (*capsules.WEIGHTS, "use", "activate")
-
-
-def sigmoid(x):
-    """1 / (1 + exp(-x)), which does not overflow."""
-    return 0.5 * (1 + x.__array_namespace__().tanh(x / 2))
 
 
 def route(votes, activations, use, activate, routings):
