@@ -16,6 +16,9 @@ from isarflow.setup.config import ROOT, load_config, section
 from isarflow.setup.overview import overview
 from isarflow.setup.yaml_file import read_yaml
 
+# Overlays that lie over another than the default.
+OVER = {"kinds": "families-fields", "variant": "families-fields", "flyers-metal": "flyers"}
+
 
 @pytest.fixture(autouse=True)
 def in_the_repository(monkeypatch):
@@ -24,8 +27,7 @@ def in_the_repository(monkeypatch):
 
 @pytest.mark.parametrize("path", sorted((ROOT / "config").glob("*.yaml")), ids=lambda p: p.stem)
 def test_shipped_configs_are_valid(path):
-    over_families = path.stem in ("kinds", "variant")
-    below = [read_yaml(path.with_name("families-fields.yaml"))] if over_families else []
+    below = [read_yaml(path.with_name(f"{OVER[path.stem]}.yaml"))] if path.stem in OVER else []
     if path.stem not in ("schema", "materials"):
         assert load_config(*below, read_yaml(path))["name"] == read_yaml(path)["name"]
 
