@@ -14,9 +14,9 @@ from isarflow.learning.conformance import describe, of_outcome, refuse
 from isarflow.learning.data import images
 from isarflow.learning.data.split import LEFT_OUT
 from isarflow.learning.experiments import is_by_family
+from isarflow.learning.tables import FOUND, KNOWN, SCORE, read_table, write_table
 
 BATCH = 1024  # images at a time: bounds the memory; as it is constant, results stay the same bit for bit
-SCORE, KNOWN, FOUND = "score_", "known_", "found_"  # what the names of a table's columns begin with
 SIDES = {"known": ("validation", "test"), "unknown": ("validation", "test"), "other": ("validation",)}
 
 
@@ -41,24 +41,44 @@ def predict(stores, tested, folder, outputs):
     divided = images.divide(stores, tested.planes, config["run"])
     for output in tqdm(sorted(map(Path, outputs)), unit="SNR", desc="predicting", leave=False):
         at_snr = [store for store in stores if Path(store).stem == output.stem]
-        table = predict_at(model, at_snr, tested, divided, config)
-        output.parent.mkdir(parents=True, exist_ok=True)
-        write_table(table, output)
-        known = table[(table["role"] == "known") & (table["side"] == "test")]
-        right = np.mean(known["truth"] == known["predicted"])
-        print(f"{output.stem}: {len(table)} images; of {len(known)} test images of known targets {right:.4f} are right")
+        _keep(predict_at(model, at_snr, tested, divided, config), output)
 
 
-def write_table(table, path):
-    """Write a prediction table as a CSV file, as to_csv would in four times the time.
+def add_up(tables, folder, outputs):
+    """Write a table for each SNR of the model in `folder` that adds others' scores.
 
-    Nine digits keep a single-precision number exactly; NaN is an empty cell.
+    tables: paths of the predictions of these, in their order, at all SNRs; outputs: paths <label>.csv.
     """
-    lacking = [table[name] for name in table if table[name].hasnans]
-    table = table.assign(**{of.name: of.map("{:.9g}".format).where(of.notna(), "") for of in lacking})
-    row = ",".join("%.9g" if kind.kind == "f" else "%s" for kind in table.dtypes) + "\n"
-    rows = zip(*(table[name].tolist() for name in table), strict=True)
-    Path(path).write_text(",".join(table) + "\n" + "".join(row % cells for cells in rows))
+    model = load_classifier(folder)
+    for output in sorted(map(Path, outputs)):
+        parts = [read_table(path) for path in tables if Path(path).stem == output.stem]
+        # A member may have judged training views, too, without their own aspects.
+        parts = [part[part["side"] != LEFT_OUT].reset_index(drop=True) for part in parts]
+        outcome = model.added([_outcome_of(part, model.classes_) for part in parts])
+        own = [name for name in parts[0] if not name.startswith((SCORE, KNOWN, FOUND))]
+        _keep(parts[0][own].assign(predicted=outcome.labels, **_columns(outcome, model.classes_)), output)
+
+
+def _outcome_of(table, classes):
+    """The Outcome that a table has of images."""
+    known = {name.removeprefix(KNOWN): table[name].to_numpy() for name in table if name.startswith(KNOWN)}
+    return Outcome(table["predicted"].to_numpy(), table[[SCORE + name for name in classes]].to_numpy(), known)
+
+
+def _columns(outcome, classes):
+    """The columns of a table that have an Outcome's scores."""
+    columns = {SCORE + name: column for name, column in zip(classes, outcome.scores.T, strict=True)}
+    columns |= {KNOWN + name: column for name, column in outcome.known.items()}
+    return columns | {FOUND + name: column for name, column in outcome.found.items()}
+
+
+def _keep(table, output):
+    """Write a table, and print how many of its images are right."""
+    output.parent.mkdir(parents=True, exist_ok=True)
+    write_table(table, output)
+    known = table[(table["role"] == "known") & (table["side"] == "test")]
+    right = np.mean(known["truth"] == known["predicted"])
+    print(f"{output.stem}: {len(table)} images; of {len(known)} test images of known targets {right:.4f} are right")
 
 
 def predict_at(model, stores, tested, divided, config):
@@ -112,9 +132,7 @@ def predict_at(model, stores, tested, divided, config):
                 "block": of.blocks[np.searchsorted(of.azimuth, origin["azimuth"])],
             }
             columns |= {name: origin.pop(name) for name in list(origin) if name.startswith("snr_")}
-            columns |= {SCORE + name: column for name, column in zip(model.classes_, outcome.scores.T, strict=True)}
-            columns |= {KNOWN + name: column for name, column in outcome.known.items()} if is_open else {}
-            columns |= {FOUND + name: column for name, column in outcome.found.items()}
+            columns |= _columns(outcome if is_open else outcome._replace(known={}), model.classes_)
             tables.append(origin.drop(columns="label").assign(**columns))
     return pd.concat(tables).sort_values(["target", "elevation", "azimuth", "realization"], ignore_index=True)
 

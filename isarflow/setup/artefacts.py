@@ -165,6 +165,10 @@ class Plan:
             runs.setdefault(tuple(snr for snr in snrs if snr in every), []).append(run)
         return {tested: runs[tested] for tested in sorted(runs, key=len, reverse=True) if tested}
 
+    def added(self, model):
+        """The models whose predictions a model adds up; [] of one that sees images."""
+        return experiments.members(self.models, model) if "added" in self.kind(model).methods else []
+
     def predictions(self, root):
         """The tables of predictions of all runs and models in a folder `root`."""
         tables = [(fitted, snr) for fitted in self.fitted for snr in self.tested_snrs(fitted.split("/")[0])]

@@ -18,7 +18,8 @@ from publish import TABLES
 
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.data import features, images
-from isarflow.learning.evaluation import judge, paired, scores
+from isarflow.learning.evaluation import judge, paired
+from isarflow.learning.tables import read_table
 
 ROOT = Path(__file__).parents[2]
 SNRS = -12, -6, 0, 6, 12, 24  # dB
@@ -138,7 +139,7 @@ def differences(predictions):
             folds = sorted(predictions.glob(f"{EXPERIMENTS[split, part]}*/{model}"))
             folds = [one for one in folds if one.parent.name.split("_fold")[0] == EXPERIMENTS[split, part]]
             for snr in SNRS:
-                tables = pd.concat([scores.read_table(one / f"snr_{snr}dB.csv") for one in folds], ignore_index=True)
+                tables = pd.concat([read_table(one / f"snr_{snr}dB.csv") for one in folds], ignore_index=True)
                 for one in judge.decide(tables, kept):
                     if (one.score, one.threshold) == (score, "kept"):
                         decided[name, snr] = one
@@ -182,7 +183,7 @@ def mistakes(run, path):
     """
     name, (_, model, score) = EXPERIMENTS["elevation", ""], METHODS["likelihood"]
     folds = sorted((run / "learning/predictions").glob(f"{name}_fold*/{model}/snr_6dB.csv"))
-    table = pd.concat(map(scores.read_table, folds), ignore_index=True)
+    table = pd.concat(map(read_table, folds), ignore_index=True)
     (decided,) = (one for one in judge.decide(table) if (one.score, one.threshold) == (score, "kept"))
     rows = decided.test.assign(decided=decided.predicted, level=decided.test[f"known_{score}"])
     accepted = rows[(rows.role == "unknown") & (rows.decided != OTHER)].sort_values("level", ascending=False)

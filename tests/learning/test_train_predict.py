@@ -32,7 +32,8 @@ from isarflow.learning.classifier import build_classifier, load_classifier
 from isarflow.learning.data import images
 from isarflow.learning.evaluation import timing
 from isarflow.learning.evaluation.thresholds import choose
-from isarflow.learning.predict import classify, write_table
+from isarflow.learning.predict import classify
+from isarflow.learning.tables import write_table
 
 
 def every(azimuth):

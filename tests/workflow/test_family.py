@@ -7,6 +7,7 @@ import pytest
 from test_learning import with_fields
 
 from isarflow import benchmark
+from isarflow.learning.classifier import load_classifier
 from isarflow.learning.evaluation import paired
 
 CONFIG = """
@@ -91,6 +92,24 @@ def test_scores_have_the_mixes_and_the_page_the_split(project):
         assert {"f1_balanced", "f1_mix", "auroc"} <= {*of_model["metric"]}
     page = (project.folder / "results/kinds/report/index.html").read_text()
     assert "split by model, other things of new kinds" in page
+
+
+def test_a_sum_adds_the_predictions_of_its_members(project):
+    learning, run = project.folder / "results/kinds/learning", "novel_fold1"
+    model = load_classifier(learning / "models" / run / "sum")
+    paths = [
+        learning / "predictions" / run / name / "snr_20dB.csv" for name in ("likelihood_other", "invariants", "sum")
+    ]
+    *members, total = map(pd.read_csv, paths)
+    assert all(total[column].equals(member[column]) for member in members for column in ("target", "azimuth", "side"))
+    for score, of_members in (
+        ("known_sum", ("known_likelihood", "known_margin")),
+        ("score_dart", ("score_dart",) * 2),
+        ("score_disc", ("score_disc",) * 2),
+    ):
+        added = sum(member[of] / by for member, of, by in zip(members, of_members, model.spreads_, strict=True))
+        assert total[score].to_numpy() == pytest.approx(added.to_numpy(), rel=1e-6, abs=1e-6)
+    assert total["predicted"].eq("disc").equals(total["score_disc"] > total["score_dart"])
 
 
 def test_predictions_of_others_are_scored_by_family_as_the_runs_own(project):

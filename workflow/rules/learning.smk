@@ -41,7 +41,12 @@ for rule_number, (number, snrs, runs) in enumerate(TESTS, 1):
             f"predict{numbered(rule_number, '_')}"
         input:
             stores=lambda w, snrs=snrs: expand(
-                f"{w.root}/{plan.folder(w.run)}/{{target}}/{{snr}}.zarr", target=plan.tested_targets(w.run), snr=snrs
+                f"{w.root}/{plan.folder(w.run)}/{{target}}/{{snr}}.zarr",
+                target=[] if plan.added(w.model) else plan.tested_targets(w.run),
+                snr=snrs,
+            ),
+            added=lambda w, snrs=snrs: expand(
+                f"{w.root}/learning/predictions/{w.run}/{{member}}/{{snr}}.csv", member=plan.added(w.model), snr=snrs
             ),
             model=rules.train.output.model,
         output:

@@ -1,6 +1,9 @@
 from isarflow.core.job import job
-from isarflow.learning.predict import Tested, predict
+from isarflow.learning.predict import Tested, add_up, predict
 
 with job(snakemake):
     inputs = snakemake.input
-    predict(inputs.stores, Tested(**snakemake.params.settings), inputs.model, snakemake.output.tables)
+    if inputs.added:
+        add_up(inputs.added, inputs.model, snakemake.output.tables)
+    else:
+        predict(inputs.stores, Tested(**snakemake.params.settings), inputs.model, snakemake.output.tables)

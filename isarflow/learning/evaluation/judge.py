@@ -11,7 +11,7 @@ from isarflow.core.errors import InputError
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.evaluation import metrics, thresholds
 from isarflow.learning.evaluation.metrics import KEPT_SHARE
-from isarflow.learning.predict import KNOWN
+from isarflow.learning.tables import KNOWN
 
 SHORT = ("accuracy", "f1_weighted", "f1_macro")  # metrics by another definition of SNR
 BY_FOLD = ("accuracy", "f1_weighted")  # metrics of each single fold

@@ -28,9 +28,8 @@ from isarflow.learning.classifier import OTHER, SPLIT, config_of
 from isarflow.learning.data.images import ORIGIN, among
 from isarflow.learning.data.split import LEFT_OUT
 from isarflow.learning.evaluation import judge, record
-from isarflow.learning.evaluation.scores import read_table
 from isarflow.learning.experiments import CLEAN, is_by_family
-from isarflow.learning.predict import KNOWN
+from isarflow.learning.tables import KNOWN, read_table
 
 KEY = ["test_snr_db", "fold", "target", "elevation", "azimuth", "realization"]
 OURS = ["truth", "role", "side", "block"]  # what the protocol adds to an image

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from isarflow.learning.predict import KNOWN, SCORE
+from isarflow.learning.tables import KNOWN, SCORE
 
 LOOKS = (2, 3, 5)  # how many are added
 TRACK = ["target", "elevation", "realization", "side", "fold"]  # columns in which all looks of a track are equal

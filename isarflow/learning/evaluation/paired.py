@@ -4,8 +4,9 @@ import numpy as np
 import pandas as pd
 
 from isarflow.learning.evaluation import judge, metrics, record
-from isarflow.learning.evaluation.scores import HEAD, read_table, tables_of_cases
+from isarflow.learning.evaluation.scores import HEAD, tables_of_cases
 from isarflow.learning.experiments import is_by_family
+from isarflow.learning.tables import read_table
 
 IMAGE = ["target", "elevation", "azimuth", "realization"]  # columns that identify an image
 METRICS = ("accuracy", "f1_weighted")

@@ -15,6 +15,7 @@ from isarflow.learning.evaluation import judge, metrics
 from isarflow.learning.evaluation.looks import LOOKS, fused
 from isarflow.learning.evaluation.metrics import KEPT_SHARE
 from isarflow.learning.experiments import REFERENCE, is_by_family, split_of, train_snr_db, training
+from isarflow.learning.tables import read_table
 
 HEAD = ["experiment", "model", "split", "training", "train_snr_db"]
 CASE = [*HEAD, "test_snr_db", "elevation", "score", "threshold"]
@@ -121,13 +122,6 @@ def tables_of_cases(predictions, runs):
         _, tables = cases.setdefault(head, (run, {}))
         tables.setdefault(snr_of_label(path.stem), []).append(path)
     return cases
-
-
-def read_table(path):
-    """Read a prediction table."""
-    numbered = dict.fromkeys(("role", "side"), "category")  # as they are compared again and again
-    numbers = {"snr_mean": "", "snr_peak_3db": ""}  # alone may have empty cells: a target may be called NA
-    return pd.read_csv(path, dtype=numbered, keep_default_na=False, na_values=numbers)
 
 
 def _subsets(tables, trained):

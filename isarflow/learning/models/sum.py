@@ -10,6 +10,8 @@ from isarflow.learning.models.invariants import with_noise
 class Model(Classifier):
     """Models of the same run that err in different ways, fitted before; their scores are added.
 
+    In a run these are taken from the tables of its members, which need not be tested twice.
+
     The spread of a member is the standard deviation of its first confidence score over the validation images with noise
     of their own; without validation images over those that train. spreads_: (members,), in the order of `of`.
     """
@@ -37,10 +39,15 @@ class Model(Classifier):
         return self
 
     def evaluate(self, images):
-        outcomes = [member.evaluate(images) for member in self.members.values()]
+        return self.added([member.evaluate(images) for member in self.members.values()])
+
+    def added(self, outcomes):
+        """The Outcome of images, of those of each member."""
         scores = sum(of.scores / spread for of, spread in zip(outcomes, self.spreads_, strict=True))
-        known = sum(_first(of) / spread for of, spread in zip(outcomes, self.spreads_, strict=True))
-        return Outcome(best_known(scores, self.classes_), scores, {"sum": known})
+        known = {}
+        if all(of.known for of in outcomes):  # in a closed run tables have none
+            known["sum"] = sum(_first(of) / spread for of, spread in zip(outcomes, self.spreads_, strict=True))
+        return Outcome(best_known(scores, self.classes_), scores, known)
 
     def load(self, folder):
         self.members = self._fitted(folder.parent)

@@ -12,7 +12,8 @@ from isarflow.learning.classifier import OTHER, config_of, load_classifier
 from isarflow.learning.data import images
 from isarflow.learning.evaluation import judge, thresholds
 from isarflow.learning.evaluation.metrics import metrics_of_labels
-from isarflow.learning.predict import KNOWN, classify
+from isarflow.learning.predict import classify
+from isarflow.learning.tables import KNOWN
 from isarflow.report.selection import nearest
 from study.markdown import NONE
 from study.selection import HIGH_SNR
