@@ -48,6 +48,14 @@ def test_looks_of_a_track_are_an_aperture_apart_on_one_side_at_one_elevation():
     assert sorted(begins[5, "test"]) == circle[:24].tolist() and (5, "validation") not in begins
 
 
+def test_other_things_are_never_named_by_several_looks():
+    """As of one look: only a threshold rejects, though a model with a margin scores other things as a class."""
+    frame = table(np.arange(36) * STEP, separation=1.0)
+    with_other = frame.assign(score_other=frame[["score_a", "score_b"]].max(axis=1) + 1)
+    found = fused(with_other, 3, STEP, APERTURE)
+    assert found["predicted"].equals(fused(frame, 3, STEP, APERTURE)["predicted"])
+
+
 @pytest.mark.parametrize(
     ("azimuths", "count", "begins"), [(12, 2, 9), (12, 4, 3), (12, 5, 0), (36, 12, 36), (36, 13, 0)]
 )

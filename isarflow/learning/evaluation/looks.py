@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from isarflow.learning.classifier import OTHER
 from isarflow.learning.tables import KNOWN, SCORE
 
 LOOKS = (2, 3, 5)  # how many are added
@@ -14,7 +15,7 @@ def fused(table, count, step, aperture):
 
     The looks of a track have azimuths an aperture apart, so that no two share a sample or noise. step: degrees between
     azimuths; aperture: number of azimuths of an image. The columns score_<class> and known_<score> have the sums, which
-    is right for logarithms of likelihoods and of their ratios; `predicted` is the class of the largest sum. Other
+    is right for logarithms of likelihoods and of their ratios; `predicted` is the known class of the largest sum. Other
     columns are taken from the first look. No row is left if a circle has no room for so many looks.
     """
     azimuth, circle = ((table["azimuth"] - table["azimuth"].min()) / step).round().astype(int), 360 / step
@@ -29,7 +30,7 @@ def fused(table, count, step, aperture):
     names = [name for name in table if name.startswith((SCORE, KNOWN))]
     values, result = table[names].to_numpy(float), table[begins].reset_index(drop=True)
     result[names] = sum((values[row[begins]] for row in rows_of_looks), np.zeros((len(result), len(names))))
-    classes = [name for name in names if name.startswith(SCORE)]
+    classes = [name for name in names if name.startswith(SCORE) and name != SCORE + OTHER]
     if len(result):
         result["predicted"] = result[classes].idxmax(axis=1).str.removeprefix(SCORE)
     return result
