@@ -1,5 +1,7 @@
 """How scores and images are drawn: panels, curves with confidence bands, published markers, matrices, galleries."""
 
+import textwrap
+
 import numpy as np
 import pandas as pd
 from matplotlib import colormaps
@@ -109,7 +111,7 @@ def draw_scores(results, shown, columns, size, line, look, published=(), color=N
     """
     drawing, grid = panels(len(shown) // columns, columns, *size)
     for axes, (title, rows) in zip(grid.flat, shown.items(), strict=True):
-        axes.set_title(title)
+        axes.set_title(textwrap.fill(title, int(size[0] / columns / LETTER)))
         for _, curve in results.names.groups(rows, *line):
             draw_curve(axes, curve, **look(curve.iloc[0]))
         opened = rows[rows["threshold"] != ""]
