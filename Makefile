@@ -7,6 +7,8 @@
 # make benchmark: fifteen targets, five protocols, the leaderboard of docs/benchmark.md (an hour), published
 # make kinds: whether models of kinds are recognised that never trained, docs/kinds.md (75 minutes), published
 # make kinds-growth: AUROC over models, other kinds, polarizations and resolution (an hour and a half)
+# make flight: drone, bird or missile in flight, from kept fields, for docs/flight.md (50 minutes), published
+# make flight-otherwise: the same with still blades, on a turntable, or in one polarization (40 minutes), published
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
@@ -42,7 +44,7 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke optics-meshes aircraft-meshes flyers-images rays report thesis recognition recommended models benchmark kinds kinds-growth test lint docs environment results validate \
+.PHONY: smoke optics-meshes aircraft-meshes flyers-images rays report thesis recognition recommended models benchmark kinds kinds-growth flight flight-otherwise test lint docs environment results validate \
 	fields check-fields bench-device
 
 smoke: environment
@@ -77,6 +79,15 @@ kinds: environment
 kinds-growth: bench-kinds
 	cp results/benchmarks/kinds-growth.csv resources/results/kinds/growth.csv
 	cp results/benchmarks/kinds-growth.png docs/img/kinds-growth.png
+
+flight: environment
+	snakemake --cores $(CORES) report --configfile config/flight.yaml
+	PYTHONPATH=studies/stewart-burger-2023 python resources/results/flight.py results/flight
+
+flight-otherwise: environment
+	snakemake --cores $(CORES) results/flight-otherwise/learning/scores.csv \
+		--configfile config/flight.yaml config/flight-otherwise.yaml
+	PYTHONPATH=studies/stewart-burger-2023 python resources/results/flight.py results/flight-otherwise
 
 test: environment
 	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder

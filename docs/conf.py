@@ -48,6 +48,7 @@ MENU = {
         "docs/motion",
         "docs/recognition",
         "docs/kinds",
+        "docs/flight",
         "docs/benchmark",
         "docs/validation",
         "docs/results",
