@@ -17,7 +17,12 @@ from isarflow.setup.overview import overview
 from isarflow.setup.yaml_file import read_yaml
 
 # Overlays that lie over another than the default.
-OVER = {"kinds": "families-fields", "variant": "families-fields", "flyers-metal": "flyers", "flight-otherwise": "flight"}
+OVER = {
+    "kinds": "families-fields",
+    "variant": "families-fields",
+    "flyers-metal": "flyers",
+    "flight-otherwise": "flight",
+}
 
 
 @pytest.fixture(autouse=True)
