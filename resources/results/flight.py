@@ -81,14 +81,10 @@ def of(table, experiment, model, score, metric, count=1):
 
 
 def in_flight(table, metric):
-    """The same of each model, and of several looks, in flight."""
-    rows = {}
-    for model, score in MODELS.items():
-        for count in LOOKS:
-            found = of(table, FLIGHT, model, score, metric, count)
-            if len(found):
-                rows[f"{model}, {_looks(count)}"] = found
-    return _table(rows, "model")
+    """A metric of each model in flight, of one look and of several, in Markdown."""
+    cases = itertools.product(MODELS, LOOKS)
+    rows = {f"{model}, {_looks(n)}": of(table, FLIGHT, model, MODELS[model], metric, n) for model, n in cases}
+    return _table(rows)
 
 
 def otherwise(tables):
@@ -147,26 +143,22 @@ def of_apart(table):
 def of_pair(table):
     """The table of `pair` in Markdown."""
     rows = {f"{model}, {_looks(count)}": of for (model, count), of in table.groupby(["model", "looks"], sort=False)}
-    return _table({words: of.set_index("test_snr_db") for words, of in rows.items()}, "model")
+    return _table({words: of.set_index("test_snr_db") for words, of in rows.items()})
 
 
 def _looks(count):
     return f"{count} look{'s' if count > 1 else ''}"
 
 
-def _table(rows, first):
-    snrs = sorted(set().union(*(values.index for values in rows.values())))
-    lines = head([f"{snr:g} dB" for snr in snrs], first)
-    for words, values in rows.items():
-        lines.append(
-            f"| {words} | {' | '.join(_cell(values.loc[snr]) if snr in values.index else '' for snr in snrs)} |"
-        )
+def _table(rows):
+    snrs = next(iter(rows.values())).index
+    lines = head([f"{snr:g} dB" for snr in snrs], "model")
+    lines += [f"| {words} | {' | '.join(_cell(of.loc[snr]) for snr in snrs)} |" for words, of in rows.items()]
     return "\n".join(lines) + "\n"
 
 
 def _cell(row):
-    interval = "" if pd.isna(row.low) else f" ({row.low:.2f}\N{EN DASH}{row.high:.2f})"
-    return f"{row.value:.3f}{interval}"
+    return f"{row.value:.3f} ({row.low:.2f}\N{EN DASH}{row.high:.2f})"
 
 
 def taken_for(confusion):
@@ -176,7 +168,7 @@ def taken_for(confusion):
     rows = rows.assign(kind=rows["target"].str.replace(r"_\d+$", "", regex=True))
     counts = rows.pivot_table(index="kind", columns="predicted", values="count", aggfunc="sum").fillna(0)
     shares = counts.div(counts.sum(axis=1), axis=0)
-    labels = [label for label in ("drone", "bird", "missile", "other") if label in shares]
+    labels = ["drone", "bird", "missile", OTHER]
     lines = head(labels, "kind")
     for kind, row in shares.sort_values(labels, ascending=False).iterrows():
         lines.append(f"| {kind} | {' | '.join(f'{row[label]:.2f}' for label in labels)} |")

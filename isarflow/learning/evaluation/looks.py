@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from isarflow.learning.classifier import OTHER
+from isarflow.learning.classifier import best_known
 from isarflow.learning.tables import KNOWN, SCORE
 
 LOOKS = (2, 3, 5)  # how many are added
@@ -30,7 +30,6 @@ def fused(table, count, step, aperture):
     names = [name for name in table if name.startswith((SCORE, KNOWN))]
     values, result = table[names].to_numpy(float), table[begins].reset_index(drop=True)
     result[names] = sum((values[row[begins]] for row in rows_of_looks), np.zeros((len(result), len(names))))
-    classes = [name for name in names if name.startswith(SCORE) and name != SCORE + OTHER]
-    if len(result):
-        result["predicted"] = result[classes].idxmax(axis=1).str.removeprefix(SCORE)
+    classes = np.array([name.removeprefix(SCORE) for name in names if name.startswith(SCORE)])
+    result["predicted"] = best_known(result[[SCORE + name for name in classes]].to_numpy(), classes)
     return result
