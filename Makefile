@@ -2,13 +2,13 @@
 # make report: the default experiment, from CAD to results/quick/report/index.html
 # make thesis: the reference experiment at full size, from the fields of resources/fields (hours of learning)
 # make recognition: the same at full size in three polarizations: docs/recognition.md (half an hour), published
-# make recommended: scatterers assigned, matrix capsules, and a Wiener filter or an autoencoder first, beside ZNCC and the likelihood: scores alone
+# make recommended: scatterers assigned, matrix capsules, a Wiener filter or an autoencoder first, for docs/recognition.md (REC), published
 # make models: what the thesis's figures are with other drones and missiles, for docs/results.md (two hours), published
 # make benchmark: fifteen targets, five protocols, the leaderboard of docs/benchmark.md (an hour), published
 # make kinds: whether models of kinds are recognised that never trained, docs/kinds.md (75 minutes), published
 # make kinds-growth: AUROC over models, other kinds, polarizations and resolution (an hour and a half)
 # make flight: drone, bird or missile in flight, from kept fields, for docs/flight.md (50 minutes), published
-# make flight-otherwise: the same with still blades, on a turntable, or in one polarization (40 minutes), published
+# make flight-steps: the way there from the laboratory, and what is otherwise (75 minutes), published
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
@@ -34,6 +34,7 @@
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 # make fields: the dataset of resources/fields anew where it is not complete (hours, 6 GB)
 # make bench-device BANDS="drone-0 drone-1": bands of the dataset on the device JAX finds, beside the kept fields
+# make gpu: where JAX finds a GPU, within 12 minutes: tests, trainings, and bands of the dataset, beside the processor
 # make check-fields: its fields beside those of finer meshes and of the other integral equation (hours, 20 GB)
 # make results: publish the full-size run's page of the reference thesis, docs/results.md, and its scores (RUN=thesis)
 # make validate: the solver and the image formation beside closed forms, as figures (docs/validation.md)
@@ -44,8 +45,8 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke optics-meshes aircraft-meshes flyers-images rays report thesis recognition recommended models benchmark kinds kinds-growth flight flight-otherwise test lint docs environment results validate \
-	fields check-fields bench-device
+.PHONY: smoke optics-meshes aircraft-meshes flyers-images rays report thesis recognition recommended models benchmark kinds kinds-growth flight flight-steps test lint docs environment results validate \
+	fields check-fields bench-device gpu
 
 smoke: environment
 	snakemake --cores $(CORES) report --configfile config/smoke.yaml
@@ -64,6 +65,9 @@ recognition: environment
 recommended: environment
 	snakemake --cores $(CORES) results/recommended/learning/scores.csv \
 		--configfile config/thesis.yaml config/thesis-fields.yaml config/recognition.yaml config/recommended.yaml
+	snakemake --cores $(CORES) results/recommended-models/learning/scores.csv \
+		--configfile config/flight.yaml config/recommended-models.yaml
+	PYTHONPATH=studies/stewart-burger-2023 python resources/results/recommended.py results/recommended results/recommended-models
 
 models: environment
 	python resources/results/models.py --cores $(CORES)
@@ -84,10 +88,11 @@ flight: environment
 	snakemake --cores $(CORES) report --configfile config/flight.yaml
 	PYTHONPATH=studies/stewart-burger-2023 python resources/results/flight.py results/flight
 
-flight-otherwise: environment
-	snakemake --cores $(CORES) results/flight-otherwise/learning/scores.csv \
-		--configfile config/flight.yaml config/flight-otherwise.yaml
-	PYTHONPATH=studies/stewart-burger-2023 python resources/results/flight.py results/flight-otherwise
+flight-steps: environment
+	for run in flight-metal flight-otherwise; do \
+		snakemake --cores $(CORES) results/$$run/learning/scores.csv --configfile config/flight.yaml config/$$run.yaml && \
+		PYTHONPATH=studies/stewart-burger-2023 python resources/results/flight.py results/$$run || exit 1; \
+	done
 
 test: environment
 	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
@@ -116,6 +121,14 @@ bench-device: environment
 	snakemake --cores $(CORES) $(foreach target,$(sort $(foreach band,$(BANDS),$(firstword $(subst -, ,$(band))))),results/fields/mesh/$(target).json) \
 		--configfile config/thesis.yaml config/fields.yaml
 	python benchmarks/bench_device.py --threads $(CORES) $(BANDS)
+
+# Each part ends in time, and the next one follows whatever it says. Several processes share the GPU's memory.
+gpu: export XLA_PYTHON_CLIENT_PREALLOCATE = false
+gpu: environment
+	python -c "import jax; assert jax.default_backend() == 'gpu', 'JAX finds no GPU: .venv/bin/pip install jax[cuda12]'"
+	-timeout 220 python -m pytest -q -n 8 --maxfail 20 tests/scattering tests/learning
+	-timeout 180 python benchmarks/bench_networks.py
+	-timeout 320 $(MAKE) bench-device BANDS="satellite-6 drone-0 drone-6 aircraft-6"
 
 check-fields: environment
 	python resources/fields/check.py --threads $(CORES)

@@ -21,7 +21,9 @@ OVER = {
     "kinds": "families-fields",
     "variant": "families-fields",
     "flyers-metal": "flyers",
+    "flight-metal": "flight",
     "flight-otherwise": "flight",
+    "recommended-models": "flight",
 }
 
 
