@@ -2,9 +2,9 @@
 
 Drone and missile of the dataset in VV, 32 x 32 pixels, without noise. Each network is trained twice on each device from
 the same seed, for one and for EPOCHS epochs: what the further ones take is without compilation. A row of
-results/benchmarks/networks.csv for each network and device: milliseconds to train on an image and to judge one, and, so
-that a device whose arithmetic is wrong is seen, the loss of the last epoch and the accuracy at SNR dB on images that did
-not train.
+results/benchmarks/networks.csv for each network and device: milliseconds to train on an image and to judge one; and the
+loss of the last epoch and the accuracy at SNR dB on images that did not train, which show whether a device's arithmetic
+is right.
 """
 
 import os
@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from runner import in_process, options_of, show
 
-CORES, EPOCHS, FEW, SNR = 2, 3, 640, 0  # of the processor; of a training; images of a large network; dB
+CORES, EPOCHS, FEW, SNR = 2, 3, 640, 12  # of the processor; of a training; images of a large network; dB
 FULL = {"width": 256, "capsules": 32, "decoder": 512}
 NETWORKS = {  # model, its settings beside config/config.yaml's, images that train at most
     "capsule network, full size": ("capsule", FULL, FEW),
