@@ -1,11 +1,12 @@
-"""Publish the run in flight, or the one where a thing is otherwise: `make flight`, `make flight-otherwise`.
+"""Publish the run in flight, or one of those that lead there: `make flight`, `make flight-steps`.
 
     flight.py results/flight
+    flight.py results/flight-metal
     flight.py results/flight-otherwise
 
 Writes a run's scores into the folder of its name beside this file, compressed (xz), and of the one in flight how well
-drones and birds alone are told apart, and each class from the rest. Then, of both as they are kept, it writes the
-tables of docs/flight.md between their marks, and its figure.
+drones and birds alone are told apart, and each class from the rest. Then, of all three as they are kept, it writes the
+tables of docs/flight.md between their marks, and its figure, which the repository's README.md shows.
 """
 
 import itertools
@@ -29,8 +30,16 @@ from isarflow.learning.tables import KNOWN, SCORE, read_table
 from isarflow.setup.config import load_config
 from isarflow.setup.yaml_file import read_yaml
 
-OTHERWISE, FLIGHT = "flight-otherwise", "flight"
+METAL, OTHERWISE, FLIGHT = "flight-metal", "flight-otherwise", "flight"
 LIBRARY, BEST = ("likelihood_other", "likelihood"), ("sum", "sum")  # models, and their scores
+STEPS = {  # words of a curve: run, experiment, model, its score
+    "laboratory": (METAL, "laboratory", "likelihood", "likelihood"),
+    "+ place unknown": (METAL, "place", "likelihood", "likelihood"),
+    "+ drift, jitter, lost pulses": (METAL, "drift", "likelihood", "likelihood"),
+    "+ other models": (METAL, "models", *LIBRARY),
+    "+ materials": (OTHERWISE, "still", *LIBRARY),
+    "+ turning blades: in flight": (FLIGHT, "flight", *LIBRARY),
+}
 WHAT_IF = {  # what is otherwise than in flight: run, experiment
     "as it is": (FLIGHT, "flight"),
     "blades that stand still": (OTHERWISE, "still"),
@@ -42,13 +51,8 @@ LOOKS = 1, 3, 5
 PAIR = "drone", "bird"
 THRESHOLD = "blind"
 SHOWN_SNR = 12  # dB
-COLOURS = {"likelihood_other": "C0", "cnn": "C1", "sum": "k"}
-METRICS = "accuracy", "f1_weighted"
-SHOWN = {  # of the figure
-    "pair": "Drone or bird: accuracy",
-    "accuracy": "Drone, bird or missile: accuracy",
-    "f1_weighted": "Or none of them: weighted F1",
-}
+COLOURS = ("C0", "C9", "C2", "C4", "C1", "C3")
+METRICS = {"accuracy": "Drone, bird or missile: accuracy", "f1_weighted": "And nothing else: weighted F1, open set"}
 
 
 def main():
@@ -58,17 +62,17 @@ def main():
         config = load_config(read_yaml(ROOT / "config/flight.yaml"))
         for name, of_run in (("pair", pair), ("apart", apart)):
             of_run(run / "learning", config).to_csv(here / FLIGHT / f"{name}.csv", index=False, float_format="%.6g")
-    tables = {name: whole(here / name / "scores.csv.xz") for name in (OTHERWISE, FLIGHT)}
-    drones_or_birds = pd.read_csv(here / FLIGHT / "pair.csv")
-    draw(tables[FLIGHT], drones_or_birds, ROOT / "docs/img/flight.svg")
+    tables = {name: whole(here / name / "scores.csv.xz") for name in (METAL, OTHERWISE, FLIGHT)}
+    draw(tables, ROOT / "docs/img/flight.svg")
     page = ROOT / "docs/flight.md"
     for metric in METRICS:
+        put(page, metric, ladder(tables, metric))
         put(page, f"{metric} in flight", in_flight(tables[FLIGHT], metric))
     confusion = pd.read_csv(here / FLIGHT / "confusion.csv.xz", keep_default_na=False)
     put(page, "taken for", taken_for(confusion))
     put(page, "otherwise", otherwise(tables))
     put(page, "apart", of_apart(pd.read_csv(here / FLIGHT / "apart.csv")))
-    put(page, "drone or bird", of_pair(drones_or_birds))
+    put(page, "drone or bird", of_pair(pd.read_csv(here / FLIGHT / "pair.csv")))
 
 
 def of(table, experiment, model, score, metric, count=1):
@@ -80,11 +84,20 @@ def of(table, experiment, model, score, metric, count=1):
     return rows[["value", "low", "high"]].apply(pd.to_numeric)
 
 
+def ladder(tables, metric):
+    """A metric of one look at each of STEPS against SNR with its 95 % interval, in Markdown."""
+    return _table({words: of(tables[run], *what, metric) for words, (run, *what) in STEPS.items()}, "what is lifted")
+
+
 def in_flight(table, metric):
-    """A metric of each model in flight, of one look and of several, in Markdown."""
-    cases = itertools.product(MODELS, LOOKS)
-    rows = {f"{model}, {_looks(n)}": of(table, FLIGHT, model, MODELS[model], metric, n) for model, n in cases}
-    return _table(rows)
+    """The same of each model, and of several looks, in flight."""
+    rows = {}
+    for model, score in MODELS.items():
+        for count in LOOKS:
+            found = of(table, FLIGHT, model, score, metric, count)
+            if len(found):
+                rows[f"{model}, {_looks(count)}"] = found
+    return _table(rows, "model")
 
 
 def otherwise(tables):
@@ -143,22 +156,26 @@ def of_apart(table):
 def of_pair(table):
     """The table of `pair` in Markdown."""
     rows = {f"{model}, {_looks(count)}": of for (model, count), of in table.groupby(["model", "looks"], sort=False)}
-    return _table({words: of.set_index("test_snr_db") for words, of in rows.items()})
+    return _table({words: of.set_index("test_snr_db") for words, of in rows.items()}, "model")
 
 
 def _looks(count):
     return f"{count} look{'s' if count > 1 else ''}"
 
 
-def _table(rows):
-    snrs = next(iter(rows.values())).index
-    lines = head([f"{snr:g} dB" for snr in snrs], "model")
-    lines += [f"| {words} | {' | '.join(_cell(of.loc[snr]) for snr in snrs)} |" for words, of in rows.items()]
+def _table(rows, first):
+    snrs = sorted(set().union(*(values.index for values in rows.values())))
+    lines = head([f"{snr:g} dB" for snr in snrs], first)
+    for words, values in rows.items():
+        lines.append(
+            f"| {words} | {' | '.join(_cell(values.loc[snr]) if snr in values.index else '' for snr in snrs)} |"
+        )
     return "\n".join(lines) + "\n"
 
 
 def _cell(row):
-    return f"{row.value:.3f} ({row.low:.2f}\N{EN DASH}{row.high:.2f})"
+    interval = "" if pd.isna(row.low) else f" ({row.low:.2f}\N{EN DASH}{row.high:.2f})"
+    return f"{row.value:.3f}{interval}"
 
 
 def taken_for(confusion):
@@ -168,27 +185,25 @@ def taken_for(confusion):
     rows = rows.assign(kind=rows["target"].str.replace(r"_\d+$", "", regex=True))
     counts = rows.pivot_table(index="kind", columns="predicted", values="count", aggfunc="sum").fillna(0)
     shares = counts.div(counts.sum(axis=1), axis=0)
-    labels = ["drone", "bird", "missile", OTHER]
+    labels = [label for label in ("drone", "bird", "missile", "other") if label in shares]
     lines = head(labels, "kind")
     for kind, row in shares.sort_values(labels, ascending=False).iterrows():
         lines.append(f"| {kind} | {' | '.join(f'{row[label]:.2f}' for label in labels)} |")
     return "\n".join(lines) + "\n"
 
 
-def draw(table, drones_or_birds, path):
-    """Draw what MODELS reach in flight against SNR, of one look and of the most, with 95 % intervals."""
+def draw(tables, path):
+    """Draw METRICS of each of STEPS against SNR with 95 % intervals, and in flight of BEST, too."""
     plt.rcParams.update({"svg.hashsalt": "isarflow", "font.size": 10})
-    figure, columns = plt.subplots(1, 3, figsize=(12, 4.2), sharex=True, layout="constrained")
-    for axes, (metric, title) in zip(columns, SHOWN.items(), strict=True):
-        for model, count in itertools.product(MODELS, (LOOKS[0], LOOKS[-1])):
-            if metric == "pair":
-                chosen = (drones_or_birds["model"] == model) & (drones_or_birds["looks"] == count)
-                rows = drones_or_birds[chosen].set_index("test_snr_db")
-            else:
-                rows = of(table, FLIGHT, model, MODELS[model], metric, count)
-            style = "o-" if count == 1 else "s--"
-            axes.plot(rows.index, rows["value"], style, color=COLOURS[model], label=f"{model}, {_looks(count)}", ms=4)
-            axes.fill_between(rows.index, rows["low"], rows["high"], color=COLOURS[model], alpha=0.07, lw=0)
+    figure, columns = plt.subplots(1, 2, figsize=(10, 4.2), sharex=True, layout="constrained")
+    for axes, (metric, title) in zip(columns, METRICS.items(), strict=True):
+        for colour, (words, (run, *what)) in zip(COLOURS, STEPS.items(), strict=True):
+            rows = of(tables[run], *what, metric)
+            axes.plot(rows.index, rows["value"], "o-", color=colour, label=words, ms=4)
+            axes.fill_between(rows.index, rows["low"], rows["high"], color=colour, alpha=0.1, lw=0)
+        for style, count in (("o--", LOOKS[0]), ("s:", LOOKS[-1])):
+            rows = of(tables[FLIGHT], FLIGHT, *BEST, metric, count)
+            axes.plot(rows.index, rows["value"], style, color="k", label=f"in flight, sum, {_looks(count)}", ms=4)
         axes.set(title=title, xlabel="SNR [dB]", xticks=rows.index, ylim=(None, 1.01))
         axes.grid(alpha=0.3)
     columns[0].legend(loc="lower right", fontsize=8)
