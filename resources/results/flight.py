@@ -11,6 +11,7 @@ tables of docs/flight.md between their marks, and its figure, which the reposito
 
 import itertools
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib
@@ -20,11 +21,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from recognition import ROOT, head, keep, put, whole
-from sklearn.metrics import roc_auc_score
+from sklearn.metrics import f1_score, roc_auc_score
 
 from isarflow.core.sweep import azimuths
 from isarflow.learning.classifier import OTHER
-from isarflow.learning.evaluation import judge
+from isarflow.learning.evaluation import judge, thresholds
 from isarflow.learning.evaluation.looks import fused
 from isarflow.learning.tables import KNOWN, SCORE, read_table
 from isarflow.setup.config import load_config
@@ -41,7 +42,7 @@ STEPS = {  # words of a curve: run, experiment, model, its score
     "+ turning blades: in flight": (FLIGHT, "flight", *LIBRARY),
 }
 WHAT_IF = {  # what is otherwise than in flight: run, experiment
-    "as it is": (FLIGHT, "flight"),
+    "in flight": (FLIGHT, "flight"),
     "blades that stand still": (OTHERWISE, "still"),
     "on a turntable: place and path known, all pulses": (OTHERWISE, "placed"),
     "VV alone": (OTHERWISE, "one_channel"),
@@ -52,26 +53,33 @@ PAIR = "drone", "bird"
 THRESHOLD = "blind"
 SHOWN_SNR = 12  # dB
 COLOURS = ("C0", "C9", "C2", "C4", "C1", "C3")
-METRICS = {"accuracy": "Drone, bird or missile: accuracy", "f1_weighted": "And nothing else: weighted F1, open set"}
+METRICS = {"accuracy": "accuracy", "f1_weighted": "weighted F1, open set"}
+# Of the steps, whose shares of things to be rejected differ: F1 where each true label weighs the same.
+COMPARABLE = {"accuracy": "Drone, bird or missile", "f1_balanced": "Drone, bird, missile or none of them"}
+BALANCED = "F1, all labels weigh alike"
 
 
 def main():
     here, run = Path(__file__).parent, Path(sys.argv[1])
     keep(run / "learning", here / run.name)
-    if run.name == FLIGHT:
-        config = load_config(read_yaml(ROOT / "config/flight.yaml"))
-        for name, of_run in (("pair", pair), ("apart", apart)):
-            of_run(run / "learning", config).to_csv(here / FLIGHT / f"{name}.csv", index=False, float_format="%.6g")
+    config = load_config(read_yaml(ROOT / "config/flight.yaml"))
+    made = {FLIGHT: (pair, apart, bounds), METAL: (balanced,)}
+    for of_run in made.get(run.name, ()):
+        path = here / run.name / f"{of_run.__name__}.csv"
+        of_run(run / "learning", config).to_csv(path, index=False, float_format="%.6g")
     tables = {name: whole(here / name / "scores.csv.xz") for name in (METAL, OTHERWISE, FLIGHT)}
+    tables[METAL] = pd.concat([tables[METAL], pd.read_csv(here / METAL / "balanced.csv", keep_default_na=False)])
     draw(tables, ROOT / "docs/img/flight.svg")
     page = ROOT / "docs/flight.md"
-    for metric in METRICS:
+    for metric in COMPARABLE:
         put(page, metric, ladder(tables, metric))
+    for metric in METRICS:
         put(page, f"{metric} in flight", in_flight(tables[FLIGHT], metric))
     confusion = pd.read_csv(here / FLIGHT / "confusion.csv.xz", keep_default_na=False)
     put(page, "taken for", taken_for(confusion))
     put(page, "otherwise", otherwise(tables))
     put(page, "apart", of_apart(pd.read_csv(here / FLIGHT / "apart.csv")))
+    put(page, "bounds", of_bounds(pd.read_csv(here / FLIGHT / "bounds.csv")))
     put(page, "drone or bird", of_pair(pd.read_csv(here / FLIGHT / "pair.csv")))
 
 
@@ -103,8 +111,7 @@ def in_flight(table, metric):
 def otherwise(tables):
     """METRICS of the library at SHOWN_SNR, of one look and of five, where one thing is otherwise, in Markdown."""
     cases = [(metric, count) for metric in METRICS for count in (LOOKS[0], LOOKS[-1])]
-    words = {"accuracy": "accuracy", "f1_weighted": "weighted F1, open set"}
-    lines = head([f"{words[metric]}, {_looks(count)}" for metric, count in cases], "")
+    lines = head([f"{METRICS[metric]}, {_looks(count)}" for metric, count in cases], "library")
     for name, (run, experiment) in WHAT_IF.items():
         rows = (of(tables[run], experiment, *LIBRARY, *case).loc[SHOWN_SNR] for case in cases)
         lines.append(f"| {name} | {' | '.join(map(_cell, rows))} |")
@@ -143,6 +150,58 @@ def apart(learning, config):
                 values.setdefault(label, []).append(value)
         rows += [(model, label, snr, np.mean(of)) for label, of in sorted(values.items())]
     return pd.DataFrame(rows, columns=["model", "class", "test_snr_db", "auroc"])
+
+
+def bounds(learning, config):
+    """Weighted F1 in flight of BEST at SHOWN_SNR, one look, with all images and without missiles: case and both."""
+    model, score = BEST
+    kinds = {name: target["kind"] for name, target in config["targets"].items()}
+    paths = sorted(learning.glob(f"predictions/{FLIGHT}_fold*/{model}/snr_{SHOWN_SNR}dB.csv"))
+    decisions = judge.decide(pd.concat(map(read_table, paths), ignore_index=True), kinds=kinds)
+    (judged,) = (one for one in decisions if (one.score, one.threshold) == (score, THRESHOLD))
+    values, truth, named = (judged.test[name].to_numpy() for name in (KNOWN + score, "truth", "predicted"))
+    cases = {
+        f"thresholds `{THRESHOLD}`": judged.predicted,
+        "the threshold that is best for the tested images": thresholds.apply(
+            values, named, thresholds.best(values, truth, named)
+        ),
+        "every image is rejected": np.full(len(truth), OTHER),
+    }
+    rows = [
+        (case, _f1(truth, of), _f1(*(part[truth != "missile"] for part in (truth, of)))) for case, of in cases.items()
+    ]
+    return pd.DataFrame(rows, columns=["case", "all", "without missiles"])
+
+
+def _f1(truth, predicted):
+    return f1_score(truth.astype(str), predicted.astype(str), average="weighted", zero_division=0)
+
+
+def of_bounds(table):
+    """The table of `bounds` in Markdown."""
+    lines = head(table.columns[1:], "weighted F1")
+    lines += [
+        f"| {row.iloc[0]} | {' | '.join(f'{value:.3f}' for value in row.iloc[1:])} |" for _, row in table.iterrows()
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def balanced(learning, config):
+    """F1 with each true label of the same weight, of the steps whose targets trained: as rows of a table of scores."""
+    rows = []
+    for run, experiment, model, score in STEPS.values():
+        for snr in config["noise"]["snr_db"]:
+            paths = sorted(learning.glob(f"predictions/{experiment}_fold*/{model}/snr_{snr}dB.csv"))
+            if run != METAL or model == LIBRARY[0] or not paths:  # by family the scores have it
+                continue
+            decisions = judge.decide(pd.concat(map(read_table, paths), ignore_index=True))
+            (judged,) = (one for one in decisions if (one.score, one.threshold) == (score, THRESHOLD))
+            # Of one kind all, so that arcs of azimuth are drawn without strata.
+            judged = replace(judged, kinds=dict.fromkeys(judged.test["target"], ""))
+            (found,) = (row for row in judge.rows(judged, config["seed"]) if row[:2] == ("", "f1_balanced"))
+            rows.append((experiment, model, score, THRESHOLD, snr, *found[1:5]))
+    columns = ["experiment", "model", "score", "threshold", "test_snr_db", "metric", "value", "low", "high"]
+    return pd.DataFrame(rows, columns=columns)
 
 
 def of_apart(table):
@@ -193,19 +252,22 @@ def taken_for(confusion):
 
 
 def draw(tables, path):
-    """Draw METRICS of each of STEPS against SNR with 95 % intervals, and in flight of BEST, too."""
+    """Draw COMPARABLE of each of STEPS against SNR with 95 % intervals, and in flight of BEST, too."""
     plt.rcParams.update({"svg.hashsalt": "isarflow", "font.size": 10})
     figure, columns = plt.subplots(1, 2, figsize=(10, 4.2), sharex=True, layout="constrained")
-    for axes, (metric, title) in zip(columns, METRICS.items(), strict=True):
-        for colour, (words, (run, *what)) in zip(COLOURS, STEPS.items(), strict=True):
-            rows = of(tables[run], *what, metric)
-            axes.plot(rows.index, rows["value"], "o-", color=colour, label=words, ms=4)
-            axes.fill_between(rows.index, rows["low"], rows["high"], color=colour, alpha=0.1, lw=0)
+    for axes, (metric, title) in zip(columns, COMPARABLE.items(), strict=True):
+        curves = {words: (of(tables[run], *what, metric), "o-") for words, (run, *what) in STEPS.items()}
         for style, count in (("o--", LOOKS[0]), ("s:", LOOKS[-1])):
             rows = of(tables[FLIGHT], FLIGHT, *BEST, metric, count)
-            axes.plot(rows.index, rows["value"], style, color="k", label=f"in flight, sum, {_looks(count)}", ms=4)
+            curves[f"in flight, with a network, {_looks(count)}"] = rows, style
+        for colour, (words, (rows, style)) in zip((*COLOURS, "k", "k"), curves.items(), strict=True):
+            width = 3 if words.endswith("materials") else 1.5  # it lies under that of turning blades
+            axes.plot(rows.index, rows["value"], style, color=colour, label=words, ms=4, lw=width)
+            axes.fill_between(rows.index, rows["low"], rows["high"], color=colour, alpha=0.08, lw=0)
         axes.set(title=title, xlabel="SNR [dB]", xticks=rows.index, ylim=(None, 1.01))
         axes.grid(alpha=0.3)
+    columns[0].set_ylabel("accuracy")
+    columns[1].set_ylabel(BALANCED)
     columns[0].legend(loc="lower right", fontsize=8)
     figure.savefig(path, metadata={"Date": None})
     plt.close(figure)
