@@ -2,7 +2,7 @@
 # make report: the default experiment, from CAD to results/quick/report/index.html
 # make thesis: the reference experiment at full size, from the fields of resources/fields (hours of learning)
 # make recognition: the same at full size in three polarizations: docs/recognition.md (half an hour), published
-# make recommended: scatterers assigned, matrix capsules, a Wiener filter or an autoencoder first, for docs/recognition.md (REC), published
+# make recommended: scatterers assigned, matrix capsules, a Wiener filter or an autoencoder first, for docs/recognition.md (two hours), published
 # make models: what the thesis's figures are with other drones and missiles, for docs/results.md (two hours), published
 # make benchmark: fifteen targets, five protocols, the leaderboard of docs/benchmark.md (an hour), published
 # make kinds: whether models of kinds are recognised that never trained, docs/kinds.md (75 minutes), published

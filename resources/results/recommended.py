@@ -15,11 +15,11 @@ from recognition import ROOT, head, keep, put, whole
 from isarflow.learning.evaluation import judge, paired, record
 from isarflow.learning.tables import read_table
 
-RUNS = {  # experiment, which another with the ending CAPSULES goes with: run, words
-    "random": ("recommended", "azimuths at random"),
-    "elevation": ("recommended", "elevations between the library's"),
-    "place": ("recommended", "the same, place unknown to 0.15 m"),
-    "unseen": ("recommended-models", "models that did not train"),
+RUNS = {  # experiment, which another with the ending CAPSULES goes with: run, words, thresholds
+    "random": ("recommended", "azimuths at random", "kept"),
+    "elevation": ("recommended", "elevations between the library's", "kept"),
+    "place": ("recommended", "the same, place unknown to 0.15 m", "kept"),
+    "unseen": ("recommended-models", "models that did not train", "blind"),
 }
 CAPSULES = "_capsules"
 MODELS = {  # words, confidence score of the open set
@@ -35,7 +35,7 @@ MODELS = {  # words, confidence score of the open set
 }
 AGAINST, AT = "zncc", (-6, 0, 6)  # dB, of the differences
 SEED, KEPT = 0, 0.95
-METRICS = {"accuracy": "", "f1_weighted": "kept", "auroc": ""}  # threshold
+METRICS = "accuracy", "f1_weighted", "auroc"
 
 
 def main():
@@ -58,9 +58,10 @@ def of(table, experiment):
 def by_experiment(tables, metric):
     """A metric of each model in each of RUNS against SNR with its 95 % interval, in Markdown."""
     lines = []
-    for experiment, (run, words) in RUNS.items():
+    for experiment, (run, words, threshold) in RUNS.items():
         table = of(tables[run], experiment)
-        table = table[(table["metric"] == metric) & (table["threshold"] == METRICS[metric])]
+        threshold = threshold if metric == "f1_weighted" else ""
+        table = table[(table["metric"] == metric) & (table["threshold"] == threshold)]
         snrs = sorted(set(table["test_snr_db"]))
         lines = lines or head([f"{snr:g} dB" for snr in snrs], "SNR")
         lines.append(f"| **{words}** {'| ' * len(snrs)}|")
@@ -76,10 +77,13 @@ def by_experiment(tables, metric):
 
 
 def costs(roots):
-    """Processor seconds to train a model, and milliseconds to judge an image, in each of RUNS, in Markdown."""
-    lines = head([words for _, words in RUNS.values()], "s to train, ms an image")
+    """Seconds to train a model, and milliseconds to judge an image, in each of RUNS, in Markdown.
+
+    Those of the jobs as a whole, two of which ran beside each other.
+    """
+    lines = head([words for _, words, _ in RUNS.values()], "s to train, ms an image")
     found = {}
-    for experiment, (run, _) in RUNS.items():
+    for experiment, (run, *_) in RUNS.items():
         spent = roots[run] / "benchmarks/learning"
         for model, folds in folds_of(roots[run], experiment).items():
             trained, judged = (
@@ -89,15 +93,15 @@ def costs(roots):
             found[MODELS[model][0], experiment] = sum(trained) / len(folds), 1000 * sum(judged) / images
     for title in dict.fromkeys(title for title, _ in found):
         cells = [found.get((title, experiment)) for experiment in RUNS]
-        cells = [f"{of[0]:.0f}, {of[1]:.2g}" if of else "" for of in cells]
+        cells = [f"{of[0]:.0f}, {of[1]:.{0 if of[1] >= 10 else 1}f}" if of else "" for of in cells]
         lines.append(f"| {title} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
 
 def seconds(folder, model):
-    """Processor seconds of the last run of each of a model's jobs."""
+    """Seconds of the last run of each of a model's jobs."""
     parts = [folder / f"{model}.tsv", *folder.glob(f"{model}-*.tsv")]
-    return sum(float(pd.read_csv(path, sep="\t")["cpu_time"].iloc[-1]) for path in parts if path.exists())
+    return sum(float(pd.read_csv(path, sep="\t")["s"].iloc[-1]) for path in parts if path.exists())
 
 
 def folds_of(root, experiment):
@@ -112,14 +116,14 @@ def folds_of(root, experiment):
 def differences(roots):
     """By how much each model's accuracy and weighted F1 exceed those of AGAINST, image by image, in Markdown."""
     lines = head([f"{name}, {snr} dB" for name in ("accuracy", "F1") for snr in AT], f"less {MODELS[AGAINST][0]}")
-    for experiment, (run, words) in RUNS.items():
+    for experiment, (run, words, threshold) in RUNS.items():
         lines.append(f"| **{words}** {'| ' * 2 * len(AT)}|")
         kinds, decided = record.read(roots[run]).kinds if experiment == "unseen" else None, {}
         for model, folds in folds_of(roots[run], experiment).items():
             for snr in AT:
                 table = pd.concat([read_table(fold / f"snr_{snr}dB.csv") for fold in folds], ignore_index=True)
                 for one in judge.decide(table, KEPT, kinds):
-                    if (one.score, one.threshold) in (("", ""), (MODELS[model][1], "kept")):
+                    if (one.score, one.threshold) in (("", ""), (MODELS[model][1], threshold)):
                         decided[model, snr, bool(one.score)] = one
         for model in dict.fromkeys(model for model, *_ in decided if model != AGAINST):
             cells = []
