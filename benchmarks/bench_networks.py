@@ -1,10 +1,10 @@
 """Trainings on the device that JAX finds here, beside two cores of the processor: `make gpu`.
 
 Drone and missile of the dataset in VV, 32 x 32 pixels, without noise. Each network is trained on each device from the
-same seed: for one epoch, in which its program is compiled and kept; for one more time one epoch; and for EPOCHS, whose
-further ones are timed. A row of results/benchmarks/networks.csv for each network and device: milliseconds to train on an
-image and to judge one; and the loss of the last epoch and the accuracy at SNR dB on images that did not train, which
-show whether a device's arithmetic is right.
+same seed: for one epoch, in which its program is compiled and kept; for one epoch again; and for EPOCHS, whose further
+ones are timed. A row of results/benchmarks/networks.csv for each network and device: milliseconds to train on an image
+and to judge one; and the loss of the last epoch and the accuracy at SNR dB on images that did not train, which show
+whether a device's arithmetic is right.
 """
 
 import os

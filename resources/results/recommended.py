@@ -77,9 +77,9 @@ def by_experiment(tables, metric):
 
 
 def costs(roots):
-    """Seconds to train a model, and milliseconds to judge an image, in each of RUNS, in Markdown.
+    """Processor seconds to train a model, and milliseconds to judge an image, in each of RUNS, in Markdown.
 
-    Those of the jobs as a whole, two of which ran beside each other.
+    Those of the jobs as a whole. They are sampled every 30 s: the last seconds of a job are not there.
     """
     lines = head([words for _, words, _ in RUNS.values()], "s to train, ms an image")
     found = {}
@@ -99,9 +99,9 @@ def costs(roots):
 
 
 def seconds(folder, model):
-    """Seconds of the last run of each of a model's jobs."""
+    """Processor seconds of the last run of each of a model's jobs."""
     parts = [folder / f"{model}.tsv", *folder.glob(f"{model}-*.tsv")]
-    return sum(float(pd.read_csv(path, sep="\t")["s"].iloc[-1]) for path in parts if path.exists())
+    return sum(float(pd.read_csv(path, sep="\t")["cpu_time"].iloc[-1]) for path in parts if path.exists())
 
 
 def folds_of(root, experiment):
