@@ -29,6 +29,7 @@
 # make bench-focus: focus methods on points and on the dataset's targets, over motion (five minutes)
 # make bench-motion: F1 over displacement and drift, by search and by focus (a quarter of an hour)
 # make bench-imaged: what is recognised on images of each imager, after `make report` (five minutes)
+# make bench-denoised: why a Wiener filter in front of ZNCC helps so little, after `make recommended` (five minutes)
 # make bench-optics: physical optics and rays beside the dataset: errors, images, recognition (a quarter of an hour)
 # make bench-centres: where scattering centres lie on five targets, against edges and tips (a quarter of an hour)
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
