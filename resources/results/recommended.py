@@ -131,7 +131,8 @@ def differences(roots):
                 for snr in AT:
                     rows = paired.difference(decided[model, snr, is_open], decided[AGAINST, snr, is_open], SEED)
                     ((*_, value, low, high, _),) = [row for row in rows if row[0] == wanted]
-                    cells.append(f"{value:+.3f} ({low:+.3f} to {high:+.3f})".replace("-", "\N{MINUS SIGN}"))
+                    interval = "" if pd.isna(low) else f" ({low:+.3f} to {high:+.3f})"
+                    cells.append(f"{value:+.3f}{interval}".replace("-", "\N{MINUS SIGN}"))
             lines.append(f"| {MODELS[model][0]} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
