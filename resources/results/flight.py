@@ -21,11 +21,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from recognition import ROOT, head, keep, put, whole
-from sklearn.metrics import f1_score, roc_auc_score
+from sklearn.metrics import roc_auc_score
 
 from isarflow.core.sweep import azimuths
 from isarflow.learning.classifier import OTHER
-from isarflow.learning.evaluation import judge, thresholds
+from isarflow.learning.evaluation import judge, metrics, thresholds
 from isarflow.learning.evaluation.looks import fused
 from isarflow.learning.tables import KNOWN, SCORE, read_table
 from isarflow.setup.config import load_config
@@ -118,13 +118,24 @@ def otherwise(tables):
     return "\n".join(lines) + "\n"
 
 
+def folds_of(learning, experiment, model, snr):
+    """The prediction tables of each fold of an experiment at one SNR."""
+    return [*map(read_table, sorted(learning.glob(f"predictions/{experiment}_fold*/{model}/snr_{snr}dB.csv")))]
+
+
+def decision(folds, score, kinds=None):
+    """The `judge.Decision` of all folds' tables by a score and THRESHOLD."""
+    decided = judge.decide(pd.concat(folds, ignore_index=True), kinds=kinds)
+    (found,) = (one for one in decided if (one.score, one.threshold) == (score, THRESHOLD))
+    return found
+
+
 def pair(learning, config):
     """Accuracy in flight where only PAIR are known and tested: model, looks, SNR, its value and interval, of each."""
     kinds = {name: target["kind"] for name, target in config["targets"].items()}
     step, rows = np.diff(azimuths(config["aspect"]))[0], []
     for model, snr in itertools.product(MODELS, config["noise"]["snr_db"]):
-        paths = sorted(learning.glob(f"predictions/{FLIGHT}_fold*/{model}/snr_{snr}dB.csv"))
-        table = pd.concat(map(read_table, paths), ignore_index=True)
+        table = pd.concat(folds_of(learning, FLIGHT, model, snr), ignore_index=True)
         table = table[table["truth"].isin(PAIR)].drop(columns=[name for name in table if name.startswith(KNOWN)])
         scores = table[[SCORE + label for label in PAIR]]
         table = table.drop(columns=[name for name in table if name.startswith(SCORE)]).join(scores)
@@ -141,8 +152,7 @@ def apart(learning, config):
     rows = []
     for (model, score), snr in itertools.product(MODELS.items(), config["noise"]["snr_db"]):
         values = {}
-        for path in sorted(learning.glob(f"predictions/{FLIGHT}_fold*/{model}/snr_{snr}dB.csv")):
-            table = read_table(path)
+        for table in folds_of(learning, FLIGHT, model, snr):
             table = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
             for label in set(table["truth"]) - {OTHER}:
                 both = table[table["truth"].isin([label, OTHER])]
@@ -156,9 +166,7 @@ def bounds(learning, config):
     """Weighted F1 in flight of BEST at SHOWN_SNR, one look, with all images and without missiles: case and both."""
     model, score = BEST
     kinds = {name: target["kind"] for name, target in config["targets"].items()}
-    paths = sorted(learning.glob(f"predictions/{FLIGHT}_fold*/{model}/snr_{SHOWN_SNR}dB.csv"))
-    decisions = judge.decide(pd.concat(map(read_table, paths), ignore_index=True), kinds=kinds)
-    (judged,) = (one for one in decisions if (one.score, one.threshold) == (score, THRESHOLD))
+    judged = decision(folds_of(learning, FLIGHT, model, SHOWN_SNR), score, kinds)
     values, truth, named = (judged.test[name].to_numpy() for name in (KNOWN + score, "truth", "predicted"))
     cases = {
         f"thresholds `{THRESHOLD}`": judged.predicted,
@@ -174,7 +182,7 @@ def bounds(learning, config):
 
 
 def _f1(truth, predicted):
-    return f1_score(truth.astype(str), predicted.astype(str), average="weighted", zero_division=0)
+    return metrics.metrics_of_labels(truth, predicted)["f1_weighted"]
 
 
 def of_bounds(table):
@@ -189,13 +197,12 @@ def of_bounds(table):
 def balanced(learning, config):
     """F1 with each true label of the same weight, of the steps whose targets trained: as rows of a table of scores."""
     rows = []
-    for run, experiment, model, score in STEPS.values():
+    for _, experiment, model, score in STEPS.values():
         for snr in config["noise"]["snr_db"]:
-            paths = sorted(learning.glob(f"predictions/{experiment}_fold*/{model}/snr_{snr}dB.csv"))
-            if run != METAL or model == LIBRARY[0] or not paths:  # by family the scores have it
+            folds = folds_of(learning, experiment, model, snr)
+            if model == LIBRARY[0] or not folds:  # by family the scores have it
                 continue
-            decisions = judge.decide(pd.concat(map(read_table, paths), ignore_index=True))
-            (judged,) = (one for one in decisions if (one.score, one.threshold) == (score, THRESHOLD))
+            judged = decision(folds, score)
             # Of one kind all, so that arcs of azimuth are drawn without strata.
             judged = replace(judged, kinds=dict.fromkeys(judged.test["target"], ""))
             (found,) = (row for row in judge.rows(judged, config["seed"]) if row[:2] == ("", "f1_balanced"))

@@ -34,7 +34,7 @@ MODELS = {  # words, confidence score of the open set
     "matrix_capsule, activation": ("the same, by activation", "activation"),
 }
 AGAINST, AT = "zncc", (-6, 0, 6)  # dB, of the differences
-SEED, KEPT = 0, 0.95
+SEED = 0
 METRICS = "accuracy", "f1_weighted", "auroc"
 
 
@@ -122,7 +122,7 @@ def differences(roots):
         for model, folds in folds_of(roots[run], experiment).items():
             for snr in AT:
                 table = pd.concat([read_table(fold / f"snr_{snr}dB.csv") for fold in folds], ignore_index=True)
-                for one in judge.decide(table, KEPT, kinds):
+                for one in judge.decide(table, kinds=kinds):
                     if (one.score, one.threshold) in (("", ""), (MODELS[model][1], threshold)):
                         decided[model, snr, bool(one.score)] = one
         for model in dict.fromkeys(model for model, *_ in decided if model != AGAINST):
