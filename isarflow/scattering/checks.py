@@ -72,11 +72,24 @@ def opaque(vertices, triangles, sheets, surfaces, permittivity):
     is_opaque, is_sheet = (surfaces != 0).all(0), sheets.any(0)
     if (surfaces.any(0) & (is_sheet | ~is_opaque)).any():
         raise InputError("'surface_impedance' is 0 at all frequencies on metal and on a sheet, and on others at none.")
+    if not is_opaque.any():
+        return is_opaque
     try:
         topology.check_closed(vertices, triangles[is_opaque], "ibc")
     except InputError:
         topology.check_closed(vertices, triangles[~is_sheet], "ibc")
     return is_opaque
+
+
+def layered(sheets, across, is_opaque):
+    """Return True for triangles with a current across them, (T,); sheets, across: impedances (F, T); is_opaque: (T,).
+
+    Raises InputError unless they are sheets at all frequencies.
+    """
+    chosen = across.any(0)
+    if (is_opaque | ~across.all(0) | ~sheets.all(0))[chosen].any():
+        raise InputError("'normal_impedance' is that across a sheet of an 'impedance'; both are at all frequencies or none.")
+    return chosen
 
 
 def check_bodies(vertices, triangles, part, made_of, frequency):

@@ -26,6 +26,7 @@ LARGE_MEGABYTES = 4000  # above it, compressed matrices are also used to save me
 # Of each operator: matrices, 1 for a symmetric one and 2 for others; time for the matrix's entries and right sides, in
 # units of the EFIE's; bytes of the near pairs for each triangle, about 45 pairs a triangle and image.
 OPERATORS = {"efie": (1, 1, 13_000), "cfie": (2, 3, 26_000), "pmchwt": (1, 1.8, 26_000), "ibc": (1, 1.4, 26_000)}
+OPERATORS["tds"] = OPERATORS["ibc"]
 # Of compressed matrices.
 PATCH_FUNCTIONS = 480  # of a patch
 SKETCH_COLUMNS = 48  # random columns that a tile's sketch begins with: most tiles have a smaller rank
@@ -42,7 +43,7 @@ INVERSE_SECONDS = 0.022  # to invert a diagonal block
 def planned(measures, planes, sweep, formulation, precision, tolerance):
     """Peak memory of `solve` in MB, and its time at all frequencies of a Sweep in s on the two cores described above.
 
-    measures: `unknowns`, of both kinds of currents in pmchwt and ibc, `triangles` and `box` (m) of the mesh; planes:
+    measures: `unknowns`, of both kinds of currents in pmchwt, ibc and tds, `triangles` and `box` (m) of the mesh; planes:
     number of mirror planes: a matrix of N unknowns falls into G = 2^planes parities of N / G; tolerance: None for whole
     matrices.
     """

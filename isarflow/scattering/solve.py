@@ -28,7 +28,7 @@ from isarflow.scattering.mom.operators import cfie, efie
 from isarflow.scattering.solver import Solution
 from isarflow.scattering.threads import Pool, blas_of_one_thread
 
-OPERATORS = {"efie": efie, "cfie": cfie, "pmchwt": dielectric, "ibc": opaque}
+OPERATORS = {"efie": efie, "cfie": cfie, "pmchwt": dielectric, "ibc": opaque, "tds": opaque}
 FORMULATIONS = "efie", "cfie"  # a body's equation follows from its permittivity or surface impedance
 DTYPES = {"single": np.complex64, "double": np.complex128}
 # Above it (or RESIDUAL_FACTOR) the solution is refined, and refused if the residual stays too large.
@@ -61,6 +61,7 @@ def solve(
     impedance: complex | Sequence[complex] | np.ndarray = 0.0,
     permittivity: complex | Sequence[complex] | np.ndarray | None = None,
     surface_impedance: complex | Sequence[complex] | np.ndarray = 0.0,
+    normal_impedance: complex | Sequence[complex] | np.ndarray = 0.0,
 ) -> Solution:
     """Solve a mesh for its scattering amplitude f: of metal, thin sheets and opaque bodies, or of a solid body.
 
@@ -87,6 +88,8 @@ def solve(
         permittivity: of a solid dielectric body that the mesh bounds, relative, one or (F,), of a negative imaginary
             part where there are losses; edges of a tenth of the wavelength in it (see `dielectric`); None for none
         surface_impedance: of closed opaque bodies and coated metal, E_tan = Z n x H, ohm; as `impedance` (see `opaque`)
+        normal_impedance: across a thin dielectric sheet, eps_r times its `impedance`, as this; 0 leaves the current
+            across it out (see `normal`)
 
     Returns:
         A `Solution`, whose field is complex, in m: (P, F, E, A), or (P, F, D) of directions one by one, with receivers
@@ -117,11 +120,14 @@ def solve(
     materials, solid = checks.checked_impedance("impedance", impedance, shape, formulation), permittivity is not None
     surfaces = checks.checked_impedance("surface_impedance", surface_impedance, shape, formulation)
     kinds: tuple[type, type] = (Entries, Excitation)
-    has_both = None  # triangles that have magnetic currents, too
-    if surfaces.any():
+    across = checks.checked_impedance("normal_impedance", normal_impedance, shape, formulation)
+    has_both = has_loops = None  # triangles that have magnetic currents, too, of any kind or of loops alone
+    if surfaces.any() or across.any():
         has_both = checks.opaque(vertices, triangles, materials, surfaces, permittivity)
-        formulation, kinds = "ibc", (opaque.Entries, dielectric.Excitation)
-        materials = np.stack([materials, surfaces], axis=1)
+        if across.any():
+            has_loops = checks.layered(materials, across, has_both)
+        formulation = "ibc" if surfaces.any() else "tds"
+        kinds, materials = (opaque.Entries, dielectric.Excitation), np.stack([materials, surfaces, across], axis=1)
     elif solid:
         materials = checks.checked_permittivity(permittivity, shape[0], impedance, formulation)
         formulation, kinds = "pmchwt", (dielectric.Entries, dielectric.Excitation)
@@ -134,7 +140,8 @@ def solve(
     materials = materials if solid else materials[..., surface.numbers]
     bases = [rwg(surface, parity) for parity in surface.parities]
     if has_both is not None:
-        bases = dielectric.bases(surface, has_both[surface.numbers])
+        loops = None if has_loops is None else has_loops[surface.numbers]
+        bases = dielectric.bases(surface, has_both[surface.numbers], loops)
     unknowns = sum(map(len, bases))
     if unknowns == 0:
         touching = "Triangles that touch share vertices."

@@ -34,8 +34,9 @@ class Block:
 
     triangles: np.ndarray  # (U,) those that the functions touch, in any parity
     spans: list  # the functions, a slice of all; or of the chosen ones
-    halves: list  # (n, 2) half functions, TILE_TRIANGLES i + place in `triangles`
-    signs: list  # (n, 2)
+    halves: list  # (n, K) half functions, TILE_TRIANGLES i + place in `triangles`
+    signs: list  # (n, K)
+    numbers: list = ()  # of the functions, an array or a slice of all
 
 
 def blocks_of(bases, patches):
@@ -61,7 +62,7 @@ def block_of(bases, numbers):
     used = np.unique(np.concatenate([triangles.reshape(-1) for triangles, _ in split]))
     halves = [half * TILE_TRIANGLES + np.searchsorted(used, triangles) for triangles, half in split]
     signs = [basis.signs[chosen_numbers] for basis, chosen_numbers in zip(bases, numbers, strict=True)]
-    return Block(used, [slice(0, len(chosen_halves)) for chosen_halves in chosen], halves, signs)
+    return Block(used, [slice(0, len(chosen_halves)) for chosen_halves in chosen], halves, signs, numbers)
 
 
 class Entries:
@@ -150,7 +151,7 @@ class Placed:
     """A Block's triangles, spans and arrays for `tiles.tile`: as rows at the identity, as columns at all images."""
 
     def __init__(self, block, surface, real, per_triangle=3):
-        self.spans, self.triangles = block.spans, block.triangles
+        self.spans, self.triangles, self.numbers = block.spans, block.triangles, block.numbers
         corners, lengths = surface.vertices[block.triangles], surface.lengths[block.triangles]
         center = corners.mean(1)
         nu, points = corners - center[:, None], RULES[3][0] @ corners

@@ -67,11 +67,15 @@ class Surface:
 
 @dataclass(frozen=True)
 class Basis:
-    """RWG functions of one parity, each as the difference of two half functions, ordered by the smaller triangle."""
+    """RWG functions of one parity, each as the difference of two half functions, ordered by the smaller triangle.
 
-    halves: np.ndarray  # (N, 2) int64: numbers 3 t + i of the half functions
-    signs: np.ndarray  # (N, 2): +1, -1, or 0 for no second half
+    Loops (see `normal`) are of more halves: K of them is twice the largest number of triangles at a vertex, and else 2.
+    """
+
+    halves: np.ndarray  # (N, K) int64: numbers 3 t + i of the half functions
+    signs: np.ndarray  # (N, K): +1, -1, or 0 for no further half; of a loop others
     per_triangle: int = 3  # half functions; 6 where there are magnetic currents, too (see `dielectric`)
+    vertices: np.ndarray | None = None  # (N,): corner number of a loop, -1 of other functions; None without loops
 
     def __len__(self):
         return len(self.halves)
@@ -179,12 +183,12 @@ def _patches(points, parts):
 def by_half(places, weights, sizes, count):
     """Functions in which each of `count` half functions takes part, and the weights.
 
-    places: half functions of all parities' functions, (N, 2), `sizes` of each parity; weights: also (N, 2), 0 for no
+    places: half functions of all parities' functions, (N, K), `sizes` of each parity; weights: also (N, K), 0 for no
     part. Returns where each half function's functions begin, (parities, count + 1), these functions, numbers among the
     N, and their weights.
     """
-    first = count * np.arange(len(sizes))[:, None]
+    first, each = count * np.arange(len(sizes))[:, None], places.shape[1]
     places = (places + np.repeat(first, sizes, axis=0)).reshape(-1)
     order = np.argsort(places, kind="stable")
     order = order[weights.reshape(-1)[order] != 0]
-    return np.searchsorted(places[order], first + np.arange(count + 1)), order // 2, weights.reshape(-1)[order]
+    return np.searchsorted(places[order], first + np.arange(count + 1)), order // each, weights.reshape(-1)[order]

@@ -32,6 +32,7 @@ from isarflow.scattering.mom import assembly, farfield
 from isarflow.scattering.mom.basis import Basis, rwg
 from isarflow.scattering.mom.green import cosine, inverse, sine
 from isarflow.scattering.mom.nearfield import area_of, by_chunks, of_images, smooth_minus_coarse
+from isarflow.scattering.mom.normal import loops
 from isarflow.scattering.mom.operators import efie
 from isarflow.scattering.mom.quadrature import cross, points_of, static_gradient, weighted_sum
 from isarflow.scattering.mom.tiles import tile_of_body
@@ -44,17 +45,26 @@ TERMS = 14  # of the series of `_smooth_gradient`
 EDGE_POINTS = 27
 
 
-def bases(surface, chosen=None):
+def bases(surface, chosen=None, layered=None):
     """Return a Basis for each of a Surface's parities: half functions 6 t + i of J, and 6 t + 3 + i of M.
 
-    chosen: True for the triangles that have M, (T,), or None for all.
+    chosen: True for the triangles that have M, (T,), or None for all; layered: for those whose M is of loops, or None
+    (see `normal`).
     """
-    result = []
-    for characters in _characters(surface).swapaxes(0, 1):
-        kinds = [rwg(surface, parity, where) for parity, where in zip(characters, (None, chosen), strict=True)]
-        halves = np.concatenate([kind.halves // 3 * 6 + kind.halves % 3 + 3 * n for n, kind in enumerate(kinds)])
+    of_parities, result = [], []
+    for electric, magnetic in _characters(surface).swapaxes(0, 1):
+        kinds = [rwg(surface, electric), rwg(surface, magnetic, chosen)]
+        of_parities.append(kinds if layered is None else [*kinds, loops(surface, magnetic, layered)])
+    most = max(kind.halves.shape[1] for kinds in of_parities for kind in kinds)
+    for kinds in of_parities:
+        # Further halves have no weight.
+        more = [(0, 0), (0, most - 2)], [(0, 0), (0, most - kinds[-1].halves.shape[1])]
+        padded = [np.pad(kind.halves, more[n > 1], "edge") for n, kind in enumerate(kinds)]
+        halves = np.concatenate([of // 3 * 6 + of % 3 + 3 * (n > 0) for n, of in enumerate(padded)])
+        signs = np.concatenate([np.pad(kind.signs, more[n > 1]) for n, kind in enumerate(kinds)])
         order = np.argsort(halves.min(1), kind="stable")
-        result.append(Basis(halves[order], np.concatenate([kind.signs for kind in kinds])[order], 6))
+        vertices = np.concatenate([np.full(len(kind), -1) if kind.vertices is None else kind.vertices for kind in kinds])
+        result.append(Basis(halves[order], signs[order], 6, vertices[order]))
     return result
 
 

@@ -15,13 +15,13 @@ losses there are no interior resonances. With M = Z J x n in the EFIE, of half t
 at the resonances of that cavity spheres of water erred by 15 %.
 
 There is M on triangles with Z alone: the others are metal, or sheets (see `sheet`), and its functions lie on pairs of
-the former.
+the former. A thin dielectric sheet (TDS) has loops of M, for the current across it (see `normal`).
 """
 
 import numpy as np
 
 from isarflow.scattering.materials import ETA
-from isarflow.scattering.mom import dielectric
+from isarflow.scattering.mom import dielectric, normal
 from isarflow.scattering.mom.sheet import add_sheet
 
 ALPHA = 1  # as of `efie`
@@ -31,15 +31,26 @@ near_terms = dielectric.near_terms
 
 
 class Entries(dielectric.Entries):
-    """`dielectric.Entries`; material: (2, T), impedances of sheets and of opaque surfaces in ohm, 0 for none."""
+    """`dielectric.Entries`; material: (3, T), impedances of sheets, of opaque surfaces and across sheets in ohm, or 0."""
+
+    def __init__(self, *arguments, **options):
+        super().__init__(*arguments, **options)
+        self.across = normal.terms(self, self.material[2]) if self.material[2].any() else None
 
     def _media(self, wavenumber, material):
         return ((complex(wavenumber), 1.0),)
 
     def _near(self, threads):
         electric, magnetic, kappa = super()._near(threads)
-        sheet, opaque = self.material
+        sheet, opaque, _ = self.material
         admittance = np.divide(ETA**2, opaque, out=np.zeros_like(opaque), where=opaque != 0)
         for values, impedance in ((electric, sheet + opaque / 2), (magnetic, -admittance / 2)):
             add_sheet(values, self.near.pairs, self.surface, self.wavenumber, impedance)
         return [electric, magnetic, kappa]
+
+    def between(self, row, col):
+        tiles = super().between(row, col)
+        if self.across is not None and np.isin(row.triangles, col.triangles).any():
+            for tile, term, rows, cols in zip(tiles, self.across, row.numbers, col.numbers, strict=True):
+                tile += term[rows][:, cols].toarray()
+        return tiles

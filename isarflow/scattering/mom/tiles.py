@@ -295,6 +295,14 @@ def _gather(row, z, halves, signs, first, width):
 
 
 @kernel
+def _gather_more(row, z, halves, signs, first, width):
+    """What `_gather` lacks where functions are of more than two halves."""
+    for h in range(2, len(halves)):
+        for n in range(width):
+            row[n] += signs[h, first + n] * z[halves[h, first + n]]
+
+
+@kernel
 def _scatter(out, real, imag, weight, width):
     for n in range(width):
         out[2 * n] += weight * real[n]
@@ -471,6 +479,7 @@ def tile_of_body(out, rows, cols, near, characters, media, constants):
             for kind in range(2):
                 for i in range(6):
                     _gather(row[kind, i], z[p, kind, i], halves, signs, first, width)
+                    _gather_more(row[kind, i], z[p, kind, i], halves, signs, first, width)
                 for i in range(3):
                     number = 6 * t + 3 * kind + i
                     for e in range(starts[p, number], starts[p, number + 1]):
