@@ -68,7 +68,10 @@ def opaque(vertices, triangles, sheets, surfaces, permittivity):
     Raises InputError unless they bound bodies, by themselves or with metal, and are nothing else.
     """
     if permittivity is not None:
-        raise InputError("'surface_impedance' is of an opaque body; leave the 'permittivity' of its inside out.")
+        raise InputError(
+            "'surface_impedance' is of an opaque body, and 'normal_impedance' of a sheet; leave the 'permittivity' of "
+            "a solid body out."
+        )
     is_opaque, is_sheet = (surfaces != 0).all(0), sheets.any(0)
     if (surfaces.any(0) & (is_sheet | ~is_opaque)).any():
         raise InputError("'surface_impedance' is 0 at all frequencies on metal and on a sheet, and on others at none.")
@@ -88,7 +91,7 @@ def layered(sheets, across, is_opaque):
     """
     chosen = across.any(0)
     if (is_opaque | ~across.all(0) | ~sheets.all(0))[chosen].any():
-        raise InputError("'normal_impedance' is that across a sheet of an 'impedance'; both are at all frequencies or none.")
+        raise InputError("'normal_impedance' is across a sheet that has an 'impedance', at all frequencies or at none.")
     return chosen
 
 

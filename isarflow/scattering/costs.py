@@ -43,7 +43,7 @@ INVERSE_SECONDS = 0.022  # to invert a diagonal block
 def planned(measures, planes, sweep, formulation, precision, tolerance):
     """Peak memory of `solve` in MB, and its time at all frequencies of a Sweep in s on the two cores described above.
 
-    measures: `unknowns`, of both kinds of currents in pmchwt, ibc and tds, `triangles` and `box` (m) of the mesh; planes:
+    measures: `unknowns`, of all currents (see `needs.currents`), `triangles` and `box` (m) of the mesh; planes: the
     number of mirror planes: a matrix of N unknowns falls into G = 2^planes parities of N / G; tolerance: None for whole
     matrices.
     """

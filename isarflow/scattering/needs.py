@@ -11,7 +11,7 @@ from isarflow.mesh.measures import ideal_unknowns
 from isarflow.mesh.read.target import cad_of, files_of, is_metal, states_unit
 from isarflow.mesh.resolution import COARSEST, wanted_edges
 from isarflow.scattering.machine import slowness
-from isarflow.scattering.materials import equation, index, is_solid
+from isarflow.scattering.materials import equation, has_normal_current, index, is_solid
 from isarflow.scattering.solver import build_solver
 
 OWN = ("formulation",)  # settings that a target may have of its own
@@ -35,7 +35,10 @@ def method(config, target):
         own["parts"] = {
             name: {key: part[key] for key in ("material",) if key in part} for name, part in sorted(parts.items())
         }
-    return config["scattering"] | own
+    settings = config["scattering"] | own
+    if not has_normal_current(settings | {"normal_current": True}):
+        settings.pop("normal_current", None)  # says nothing of this target
+    return settings
 
 
 def mesh_of(config, target):
@@ -45,8 +48,11 @@ def mesh_of(config, target):
 
 
 def currents(scattering):
-    """Return the kinds of currents of a target's settings: electric ones, and magnetic ones of a body of a material."""
-    return 2 if equation(scattering) in ("pmchwt", "ibc") else 1
+    """Return how many unknowns a target's settings have for each RWG function: electric currents, and magnetic ones.
+
+    In tds these are of vertices, of which a mesh has a third as many as edges.
+    """
+    return {"pmchwt": 2, "ibc": 2, "tds": 4 / 3}.get(equation(scattering), 1)
 
 
 def precision(config):

@@ -9,8 +9,8 @@ k sqrt(eps), and
 
 both conditions, tested with f_m, are in the scale of `assembly`
 
-    [ z_1 + z_2            -(j / k) (kappa_1 + kappa_2) ] [ J           ]   [ E                       ]
-    [ -(j / k) (kappa_1 + kappa_2)   -(z_1 + eps z_2)   ] [ j M / eta   ] = [ -eta H, that is u x E   ]
+    [ z_1 + z_2            -(j / k) (kappa_1 + kappa_2) ] [ J       ]   [ E                       ]
+    [ -(j / k) (kappa_1 + kappa_2)   -(z_1 + eps z_2)   ] [ M / eta ] = [ -eta H, that is u x E   ]
 
 of the incident wave from u. What +-n x M / 2 adds on one side of the surface it takes on the other. The matrix is
 complex symmetric, as kappa is, and the right side is what an amplitude is received by, so that the far field is that
@@ -63,7 +63,9 @@ def bases(surface, chosen=None, layered=None):
         halves = np.concatenate([of // 3 * 6 + of % 3 + 3 * (n > 0) for n, of in enumerate(padded)])
         signs = np.concatenate([np.pad(kind.signs, more[n > 1]) for n, kind in enumerate(kinds)])
         order = np.argsort(halves.min(1), kind="stable")
-        vertices = np.concatenate([np.full(len(kind), -1) if kind.vertices is None else kind.vertices for kind in kinds])
+        vertices = np.concatenate(
+            [np.full(len(kind), -1) if kind.vertices is None else kind.vertices for kind in kinds]
+        )
         result.append(Basis(halves[order], signs[order], 6, vertices[order]))
     return result
 

@@ -1,14 +1,14 @@
-"""The current across a thin dielectric sheet.
+"""The current across a thin dielectric sheet (TDS).
 
-A field along the normal n polarizes the sheet across: of its thickness t a current J_n = j omega eps_0 (eps_r - 1) t E_n
-/ eps_r, in A/m, as D_n is continuous (thin dielectric sheet: Chiang, Chew, IEEE Trans. AP-54, 2006). A layer of normal
-dipoles is a layer of magnetic current M = n x grad J_n / (j omega eps_0) (Mayes, Proc. IRE 46, 1958), so that it has
-the operators of `dielectric` and no others. With J_n = sum of b_v lambda_v, linear between vertices v, M / eta is the
-sum of j b_v g_v / k with the loops g_v = n x grad lambda_v round a vertex, each of half RWG functions:
+A field E_n along the normal n polarizes the sheet across. As D_n is continuous, its whole thickness t has a current
+J_n = j omega eps_0 (eps_r - 1) t E_n / eps_r in A/m (Chiang, Chew, IEEE Trans. AP-54, 2006). A layer of normal dipoles
+is a layer of magnetic current M = n x grad J_n / (j omega eps_0) (Mayes, Proc. IRE 46, 1958), so that the operators of
+`dielectric` serve. With J_n linear between vertices, M / eta is a sum of b_v g_v over the vertices, of loops
 
-    n x grad lambda_i = h_k / l_k - h_j / l_j    on a triangle of corners i, j, k, counter-clockwise about n
+    g_v = n x grad lambda_v;   n x grad lambda_i = h_k / l_k - h_j / l_j
 
-and int lambda_v E_n dS = (j eta / k) int g_v . H dS by parts. In the scale of `dielectric` the diagonal block is
+of half RWG functions on a triangle of corners i, j, k, counter-clockwise about n. Then J_n is the sum of j k b_v
+lambda_v, and by parts int lambda_v E_n dS = (j eta / k) int g_v . H dS. In the scale of `dielectric` loops have
 
     -(z_vw + 4 pi k / (j eta) int Z_n lambda_v lambda_w dS),    Z_n = E_n / J_n = eps_r Z
 
@@ -28,7 +28,7 @@ def loops(surface, characters, chosen):
 
     Its `vertices` are the corner numbers; functions are times the mean edge, so that they are as large as RWG's.
     """
-    corners, count = surface.corners, len(surface.corners)
+    corners = surface.corners
     inner = np.ones(corners.max() + 1, bool)
     # The reflections in one plane alone are numbers 1, 2 and 4 of the group, the last axis first.
     planes = {axis: characters[2**place] < 0 for place, axis in enumerate(reversed(surface.axes))}

@@ -6,8 +6,8 @@ and an impedance Z of the material (Leontovich; Senior, Volakis, Approximate Bou
 the currents' integrals is the mean of both sides, from which the outer one differs by n x M / 2 and n x J / 2; so that
 the means are Z J / 2 and M / (2 Z). Tested with f_m, in the scale of `dielectric`,
 
-    [ z + (Z / eta) g      -(j / k) kappa     ] [ J         ]
-    [ -(j / k) kappa    -(z + (eta / Z) g)    ] [ j M / eta ] ,    g_mn = 2 pi / (j k) int f_m . f_n dS
+    [ z + (Z / eta) g      -(j / k) kappa     ] [ J       ]
+    [ -(j / k) kappa    -(z + (eta / Z) g)    ] [ M / eta ] ,    g_mn = 2 pi / (j k) int f_m . f_n dS
 
 (self-dual: Yan, Jin, IEEE Trans. AP-61, 2013). The matrix is complex symmetric, and the right side and the far field
 are those of `dielectric`. Inside, the fields of currents that solve it meet walls of the same Z, which take power: with
@@ -31,7 +31,7 @@ near_terms = dielectric.near_terms
 
 
 class Entries(dielectric.Entries):
-    """`dielectric.Entries`; material: (3, T), impedances of sheets, of opaque surfaces and across sheets in ohm, or 0."""
+    """`dielectric.Entries`; material: (3, T), impedances of sheets, opaque surfaces and across sheets in ohm, or 0."""
 
     def __init__(self, *arguments, **options):
         super().__init__(*arguments, **options)
