@@ -41,8 +41,8 @@ def check_tolerance(tolerance, formulation, precision):
         raise InputError(
             f"'tolerance' is a number between 0 and 1, as 1e-5, or None for whole matrices; not {tolerance!r}."
         )
-    if (formulation, precision) != ("efie", "single"):
-        raise InputError("'tolerance': matrices are compressed for the EFIE in single precision alone; write None.")
+    if formulation == "cfie" or precision != "single":
+        raise InputError("'tolerance': matrices are compressed in single precision, and not of the CFIE; write None.")
 
 
 def checked_impedance(name, impedance, shape, formulation):

@@ -25,8 +25,13 @@ CLEARLY_SHARE = 0.7  # of the time of whole matrices, where they fit easily
 LARGE_MEGABYTES = 4000  # above it, compressed matrices are also used to save memory
 # Of each operator: matrices, 1 for a symmetric one and 2 for others; time for the matrix's entries and right sides, in
 # units of the EFIE's; bytes of the near pairs for each triangle, about 45 pairs a triangle and image.
-OPERATORS = {"efie": (1, 1, 13_000), "cfie": (2, 3, 26_000), "pmchwt": (1, 1.8, 26_000), "ibc": (1, 1.4, 26_000)}
-OPERATORS["tds"] = OPERATORS["ibc"]
+OPERATORS = {
+    "efie": (1, 1, 13_000),
+    "cfie": (2, 3, 26_000),
+    "pmchwt": (1, 1.8, 26_000),
+    "ibc": (1, 1.4, 26_000),
+    "tds": (1, 1.4, 26_000),
+}
 # Of compressed matrices.
 PATCH_FUNCTIONS = 480  # of a patch
 SKETCH_COLUMNS = 48  # random columns that a tile's sketch begins with: most tiles have a smaller rank
@@ -63,7 +68,8 @@ def at_one_frequency(measures, planes, sweep, formulation, precision, tolerance)
     apart = sweep.receivers and len(sweep.each[0]) + len(sweep.receivers[0])
     columns = waves * (apart or _sampled(measures["box"], sweep, single) / parities)
     way = _whole if tolerance is None else _compressed
-    kept, sampled, *seconds = way(unknowns / parities, columns, matrices, tolerance)
+    others = {"matrices": matrices, "is_sampled": formulation == "efie", "tolerance": tolerance}
+    kept, sampled, *seconds = way(unknowns / parities, columns, **others)
     assembly, factorization, substitution = (parities * part for part in seconds)
     # Of a part of the right sides: the excitation; its skeletons, or the projection if the operator is not symmetric;
     # and the results of a substitution for one parity.
@@ -78,8 +84,8 @@ def at_one_frequency(measures, planes, sweep, formulation, precision, tolerance)
 
 
 def chosen_tolerance(measures, planes, sweep, formulation, precision, tolerance):
-    """The tolerance, or None where whole matrices are nearly as good, or alone there (no EFIE, double precision)."""
-    if precision != "single" or formulation != "efie":
+    """The tolerance, or None where whole matrices are nearly as good, or alone there (CFIE, double precision)."""
+    if precision != "single" or formulation == "cfie":
         return None
     whole, compressed = (planned(measures, planes, sweep, formulation, precision, tried) for tried in (None, tolerance))
     faster, smaller = compressed[1] < whole[1], compressed[0] < whole[0]
@@ -87,7 +93,7 @@ def chosen_tolerance(measures, planes, sweep, formulation, precision, tolerance)
     return tolerance if clearly or (whole[0] > LARGE_MEGABYTES and smaller and faster) else None
 
 
-def _whole(size, columns, matrices, _):
+def _whole(size, columns, *, matrices, **_):
     """Of a parity of `size` unknowns: numbers kept and of samples; seconds of assembly, factorization, substitution.
 
     Factorization: (4/3) N^3 real operations, and 4 N^2 for each column to substitute (half of a triangular solve serves
@@ -98,10 +104,11 @@ def _whole(size, columns, matrices, _):
     return size**2 * matrices / 2 + 1024 * size, 0, assembly, matrices * factorization, matrices * substitution
 
 
-def _compressed(size, columns, _, tolerance):
+def _compressed(size, columns, *, is_sampled, tolerance, **_):
     """As `_whole` for compressed matrices, in patches of about PATCH_FUNCTIONS (see `lowrank` and `cross`).
 
-    The nearer patches are, the higher a tile's rank, and the larger the share of tiles that are filled whole.
+    The nearer patches are, the higher a tile's rank, and the larger the share of tiles that are filled whole; all are
+    unless they are sampled.
     """
     patches = max(size / PATCH_FUNCTIONS, 1)
     tiles, whole = patches**2 / 2, min(1, 1.82 * patches**-0.51)
@@ -111,7 +118,7 @@ def _compressed(size, columns, _, tolerance):
     return (
         FACTOR_NUMBERS * size * (patches * rank + PATCH_FUNCTIONS),
         SAMPLED_NUMBERS * size,
-        tiles * (TILE_SECONDS + WHOLE_TILE_SECONDS * whole) + NEAR_PAIRS_SECONDS * size,
+        tiles * (TILE_SECONDS + WHOLE_TILE_SECONDS * (whole if is_sampled else 1)) + NEAR_PAIRS_SECONDS * size,
         tiles * (FACTORIZED_TILE_SECONDS + updates) + patches * INVERSE_SECONDS,
         tiles * 16 * PATCH_FUNCTIONS * rank * columns / FLOPS,
     )

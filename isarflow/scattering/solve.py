@@ -80,7 +80,7 @@ def solve(
         progress: called as progress(number of the frequency, part, fraction) as the work goes on
         formulation: efie, or cfie for closed meshes
         tolerance: None for whole matrices, or for compressed ones their largest error, relative to the diagonal's norm
-            (efie and single precision; see `cross` and `lowrank`)
+            (single precision, not cfie; see `cross` and `lowrank`)
         paired: True for directions one by one, elevation and azimuth (D,) each
         receivers: elevation and azimuth, (R,) each, of separate receivers; () for backscatter
         impedance: of a thin sheet, ohm a square, one, (F,), or (F, T) for each triangle (efie alone; see `materials`);

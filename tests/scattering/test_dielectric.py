@@ -190,7 +190,7 @@ def test_power_is_absorbed_where_the_series_says():
         ({"permittivity": [4, 4]}, "one for each of 1 frequencies"),
         ({"permittivity": 4, "impedance": 100}, "has no 'impedance'"),
         ({"permittivity": 4, "formulation": "cfie"}, "solved by its own equation"),
-        ({"permittivity": 4, "tolerance": 1e-5}, "'tolerance': .* write None"),
+        ({"permittivity": 4, "tolerance": 1e-5, "precision": "double"}, "'tolerance': .* write None"),
         ({"permittivity": 1600}, "edges in a wavelength in it"),
     ],
 )

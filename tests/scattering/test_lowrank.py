@@ -267,9 +267,32 @@ def test_parts_in_the_mirror_plane():
         assert error < -70 and level < 0.02
 
 
-def test_only_the_efie_in_single_precision_is_compressed(body):
+@pytest.mark.parametrize("symmetry", [[], ["xz"]], ids=["none", "xz"])
+@pytest.mark.parametrize(
+    "made_of",
+    [
+        {"surface_impedance": 45.0 + 6j},
+        {"permittivity": 4 - 0.4j},
+        {"impedance": 120 - 300j, "normal_impedance": 390 - 890j},
+    ],
+    ids=["opaque", "solid", "wall"],
+)
+def test_bodies_and_walls_are_compressed(made_of, symmetry, monkeypatch):
+    """Both kinds of currents, in patches of few triangles, so that there are some that do not touch."""
+    monkeypatch.setattr("isarflow.scattering.mom.basis.PATCH_TRIANGLES", 40)
+    ellipsoid = outward(*octasphere(9, [0.7, 0.3, 0.2]))
+    compressed, whole = (
+        solve(*ellipsoid, [FREQUENCY], ELEVATION, AZIMUTH, WAVES, symmetry, tolerance=tolerance, **made_of)
+        for tolerance in (TOLERANCE, None)
+    )
+    error, level = closest(compressed.field, whole.field)
+    assert error < -80 and level < 0.005
+    assert compressed.residual[0] < 1e-4 and compressed.unknowns == whole.unknowns
+
+
+def test_what_is_not_compressed_is_refused(body):
     for other in ({"formulation": "cfie"}, {"precision": "double"}):
-        with pytest.raises(InputError, match="EFIE in single precision"):
+        with pytest.raises(InputError, match="in single precision, and not of the CFIE"):
             solve(*body, [FREQUENCY], [0.0], AZIMUTH, tolerance=TOLERANCE, **other)
 
 

