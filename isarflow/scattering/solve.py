@@ -142,6 +142,7 @@ def solve(
     if has_both is not None:
         loops = None if has_loops is None else has_loops[surface.numbers]
         bases = dielectric.bases(surface, has_both[surface.numbers], loops)
+        bases = bases if solid else opaque.balanced(bases, materials[0])
     unknowns = sum(map(len, bases))
     if unknowns == 0:
         touching = "Triangles that touch share vertices."
