@@ -25,6 +25,7 @@ from isarflow.scattering.mom.factorization import GeneralMatrix, Product, Symmet
 from isarflow.scattering.mom.farfield import Excitation
 from isarflow.scattering.mom.lowrank import LowRankMatrix
 from isarflow.scattering.mom.operators import cfie, efie
+from isarflow.scattering.mom.sheet import balanced
 from isarflow.scattering.solver import Solution
 from isarflow.scattering.threads import Pool, blas_of_one_thread
 
@@ -142,7 +143,10 @@ def solve(
     if has_both is not None:
         loops = None if has_loops is None else has_loops[surface.numbers]
         bases = dielectric.bases(surface, has_both[surface.numbers], loops)
-        bases = bases if solid else opaque.balanced(bases, materials[0])
+    if tolerance is not None and not solid:
+        bases = balanced(
+            bases, materials[0] if materials.ndim == 3 else [materials[0], 0 * materials[0], 0 * materials[0]]
+        )
     unknowns = sum(map(len, bases))
     if unknowns == 0:
         touching = "Triangles that touch share vertices."

@@ -74,16 +74,20 @@ def terms(entries, impedance):
     """
     surface = entries.surface
     area = np.linalg.norm(topology.normals(surface.vertices), axis=1) / 2
-    weight = -4 * np.pi * entries.wavenumber / (1j * ETA) * impedance * area / 12 * surface.lengths.mean() ** 2
+    weight = -4 * np.pi * entries.wavenumber / (1j * ETA) * impedance * area / 12
     for axis in surface.axes:  # a triangle in a mirror plane is its own image: its functions count twice
         weight = weight * np.where((surface.vertices[:, :, axis] == 0).all(1), 2, 1)
-    shares, result = weight[:, None, None] * (1 + np.eye(3)), []
+    shares, result, lengths = weight[:, None, None] * (1 + np.eye(3)), [], surface.lengths
     for basis in entries.bases:
+        triangle, half = np.divmod(basis.halves[:, 0], basis.per_triangle)
+        scale = np.abs(basis.signs[:, 0]) * lengths[triangle, half % 3]  # of a loop
         of_vertex = np.full(surface.corners.max() + 1, -1)
         is_loop = basis.vertices >= 0
         of_vertex[basis.vertices[is_loop]] = np.flatnonzero(is_loop)
         numbers = of_vertex[surface.corners]
         rows, cols = np.broadcast_arrays(numbers[:, :, None], numbers[:, None])
         there = (rows >= 0) & (cols >= 0)
-        result.append(sparse.csr_array((shares[there], (rows[there], cols[there])), 2 * (len(basis),)))
+        rows, cols = rows[there], cols[there]
+        values = shares[there] * scale[rows] * scale[cols]
+        result.append(sparse.csr_array((values, (rows, cols)), 2 * (len(basis),)))
     return result

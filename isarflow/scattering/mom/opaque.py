@@ -18,8 +18,6 @@ There is M on triangles with Z alone: the others are metal, or sheets (see `shee
 the former. A thin dielectric sheet (TDS) has loops of M, for the current across it (see `normal`).
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from isarflow.scattering.materials import ETA
@@ -30,23 +28,6 @@ ALPHA = 1  # as of `efie`
 SYMMETRIC = True
 
 near_terms = dielectric.near_terms
-
-
-def balanced(bases, material):
-    """Return the bases with functions scaled so that all have about the same term of the matrix with themselves.
-
-    A compressed matrix leaves out as much everywhere, so that terms of weak sheets and of opaque bodies, which are far
-    larger than metal's, would cost the others' digits. material: as of `Entries`. Fields do not depend on the scale.
-    """
-    sheet, opaque, across = np.abs(material) / ETA
-    # Of edges of a tenth of a wavelength, beside z: of J, and of M of bodies or of loops.
-    terms = np.stack([sheet + opaque / 2, np.where(opaque > 0, 1 / np.maximum(opaque, 1e-30), across / 8)])
-    result = []
-    for basis in bases:
-        triangles, kinds = basis.halves // basis.per_triangle, basis.halves % basis.per_triangle // 3
-        own = np.average(1 + terms[kinds, triangles], axis=1, weights=basis.signs != 0)
-        result.append(replace(basis, signs=basis.signs / np.sqrt(own)[:, None]))
-    return result
 
 
 class Entries(dielectric.Entries):

@@ -9,6 +9,8 @@ which is as symmetric as z. Z = 0 is a perfect conductor. Each triangle may have
 continuous across a seam, and the field along it is Z J on either side.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from isarflow.scattering.materials import ETA
@@ -26,3 +28,21 @@ def add_sheet(corrections, pairs, surface, wavenumber, impedance):
         unchanged = (surface.vertices == surface.vertices * signs).all((1, 2))
         own = (of_image[:, 0] == of_image[:, 1]) & unchanged[of_image[:, 0]]
         values[own] += term[of_image[own, 0]]
+
+
+def balanced(bases, impedances):
+    """Return the bases with functions scaled so that all have about the same term of the matrix with themselves.
+
+    A compressed matrix leaves out as much everywhere. Terms of weak sheets and of opaque bodies, which are far larger
+    than metal's, would cost the others' digits. Fields do not depend on the scale, and metal alone keeps its own.
+    impedances: ohm, (3, T), of sheets, of opaque surfaces and across sheets (see `opaque`), 0 for none.
+    """
+    sheet, opaque, across = np.abs(impedances) / ETA
+    # With edges of a tenth of a wavelength, over that of z: of J, and of M of bodies or of loops.
+    terms = np.stack([sheet / 2 + opaque / 4, np.where(opaque > 0, 0.5 / np.maximum(opaque, 1e-30), across / 8)])
+    result = []
+    for basis in bases:
+        triangles, halves = np.divmod(basis.halves, basis.per_triangle)
+        own = np.average(1 + terms[halves // 3, triangles], axis=1, weights=basis.signs != 0)
+        result.append(replace(basis, signs=basis.signs / np.sqrt(own)[:, None]))
+    return result
