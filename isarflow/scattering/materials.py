@@ -69,9 +69,10 @@ def surface_impedance(material, frequency):
 
 
 def normal_impedance(material, frequency):
-    """Return the impedance across a dielectric's sheet, E_n / J_n = eps_r Z, as `impedance`; 0 of other sheets."""
-    of_dielectric = permittivity(material) if is_dielectric_sheet(material) else 0.0
-    return of_dielectric * impedance(material, frequency)
+    """Return the impedance across a dielectric's sheet, E_n / J_n = eps_r Z, as `impedance`; 0 of what is none."""
+    if not is_dielectric_sheet(material):
+        return np.zeros(np.shape(frequency), complex)
+    return permittivity(material) * impedance(material, frequency)
 
 
 def of_parts(settings):

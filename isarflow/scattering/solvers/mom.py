@@ -93,7 +93,7 @@ class Solver(FieldSolver):
                 surfaces[:, n] = materials.surface_impedance(kind, frequency)
             else:
                 sheets[:, n] = materials.impedance(kind, frequency)
-                across[:, n] = materials.normal_impedance(kind, frequency) if self.has_normal_current else 0
+                across[:, n] = self.has_normal_current * materials.normal_impedance(kind, frequency)
         check_bodies(vertices, triangles, part, self.materials, frequency[0])
         of_kinds = {"impedance": sheets, "surface_impedance": surfaces, "normal_impedance": across}
         return {name: of_kind[:, part] for name, of_kind in of_kinds.items()}
