@@ -113,6 +113,11 @@ def test_large_targets_are_compressed_where_that_saves_time_and_memory():
 
     assert how(5000) is None and how(100_000) == 1e-5
     assert how(100_000, DOUBLE) is None and how(100_000, COMBINED) is None
+    for equation in ("pmchwt", "ibc", "tds"):  # of which every tile is filled whole
+        assert how(5000, SINGLE | {"formulation": equation}) is None
+        assert how(100_000, SINGLE | {"formulation": equation}) == 1e-5
+        bodies = plan(100_000, 1, scattering=SINGLE | {"formulation": equation}, tolerance=1e-5)
+        assert bodies[1] > plan(100_000, 1, tolerance=1e-5)[1]
     whole, compressed = plan(100_000, 1), plan(100_000, 1, tolerance=1e-5)
     assert compressed[0] < 0.5 * whole[0] and compressed[1] < 0.2 * whole[1]
     assert plan(100_000, 1, tolerance=1e-6)[1] > compressed[1] > plan(100_000, 1, tolerance=1e-3)[1]
