@@ -38,6 +38,13 @@ def edges(triangles):
     return Edges(np.stack(np.divmod(pair, size), axis=1), sides.reshape(-1, 3), count)
 
 
+def turned(triangles, edges):
+    """Return True for each of two triangles' `edges` (E,) where their normals are on different sides."""
+    turn = np.zeros(len(edges.count))
+    np.add.at(turn, edges.sides, np.sign(np.roll(triangles, -1, axis=1) - triangles))  # opposite ways cancel
+    return (turn != 0) & (edges.count == 2)
+
+
 def rims(triangles):
     """Return edges with one triangle, (R, 2), the triangle of each, (R,), and its side there, (R,)."""
     ends, sides, count = edges(triangles)

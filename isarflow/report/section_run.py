@@ -89,8 +89,9 @@ def cards(results):
             data = pd.DataFrame([[name, *size]], columns=["target", "x_m", "y_m", "z_m"])
             drawn = figure(f"target_{name}", drawing, data, f"The target {name}, seen obliquely from above.")
             lines = [" × ".join(f"{length:.2f}" for length in size) + " m"]
-            currents = needs.currents(needs.method(results.settings, name))
-            lines.append(f"{currents * results.meshes[name]['bands'][-1]['unknowns']:,} unknowns")
+            each = needs.unknowns_per_function(needs.method(results.settings, name))
+            about = "" if isinstance(each, int) else "about "
+            lines.append(f"{about}{round(each * results.meshes[name]['bands'][-1]['unknowns']):,} unknowns")
         made.append((name, drawn, [results.settings["targets"][name]["role"], *lines]))
     return made
 

@@ -36,7 +36,9 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
     with tqdm(total=len(frequency), bar_format=form, file=sys.stderr) as bar:
         try:
             planned = needs.need(measures, len(symmetry), sweep, scattering)
-            needs.check_memory(planned["megabytes"], round(needs.currents(scattering) * unknowns), frequency[-1])
+            needs.check_memory(
+                planned["megabytes"], round(needs.unknowns_per_function(scattering) * unknowns), frequency[-1]
+            )
             progress = partial(_show, bar, frequency)
             solution = build_solver(scattering).solve(
                 vertices, triangles, sweep, symmetry, threads, progress, **of_parts

@@ -84,14 +84,23 @@ def opaque(vertices, triangles, sheets, surfaces, permittivity):
     return is_opaque
 
 
-def layered(sheets, across, is_opaque):
+def dielectric_sheets(triangles, sheets, across, is_opaque):
     """Return True for triangles with a current across them, (T,); sheets, across: impedances (F, T); is_opaque: (T,).
 
-    Raises InputError unless they are sheets at all frequencies.
+    Raises InputError unless they are sheets at all frequencies. Warns where neighbours are turned to different sides.
     """
     chosen = across.any(0)
     if (is_opaque | ~across.all(0) | ~sheets.all(0))[chosen].any():
-        raise InputError("'normal_impedance' is across a sheet that has an 'impedance', at all frequencies or at none.")
+        raise InputError(
+            "'normal_impedance' is across a sheet that has an 'impedance', at all frequencies or at none; it is 0 on "
+            "other triangles."
+        )
+    edges = topology.edges(triangles[chosen])
+    if count := topology.turned(triangles[chosen], edges).sum():
+        _warn(
+            f"at {count} edges of dielectric sheets the normals of both triangles are on different sides: there the "
+            "sheets have no current across them."
+        )
     return chosen
 
 

@@ -47,10 +47,10 @@ def mesh_of(config, target):
     return config["mesh"] | ({"index": index(material)} if is_solid(material) else {})
 
 
-def currents(scattering):
+def unknowns_per_function(scattering):
     """Return how many unknowns a target's settings have for each RWG function: electric currents, and magnetic ones.
 
-    In tds these are of vertices, of which a mesh has a third as many as edges.
+    The latter are in tds loops round vertices, of which a mesh has about a third as many as edges.
     """
     return {"pmchwt": 2, "ibc": 2, "tds": 4 / 3}.get(equation(scattering), 1)
 
@@ -107,8 +107,8 @@ def unknowns_that_fit(megabytes, most, box, planes, sweep, scattering):
 def expected(config, name, size):
     """`unknowns`, `megabytes` and `seconds` that each band's solve of a target will need here, lowest band first.
 
-    Also its `functions`: as many as unknowns, or half in a body of a material, where each is there for both kinds of
-    currents. Seconds are for this machine: the solver's plan times the result of `machine`.
+    Also its RWG `functions`, for each of which there may be more unknowns (see `unknowns_per_function`). Seconds are
+    for this machine: the solver's plan times the result of `machine`.
     size: `area` in m^2 and `box` in m of the target's CAD file.
     """
     planes, scattering = _planes(config, name), method(config, name)
@@ -116,7 +116,7 @@ def expected(config, name, size):
     for sweep, edge in zip(_sweeps(config), edges, strict=True):
         functions = ideal_unknowns(size["area"], edge)
         solve = need(closed(functions, size["box"]), planes, sweep, scattering)
-        counts = {"unknowns": currents(scattering) * functions, "functions": functions}
+        counts = {"unknowns": unknowns_per_function(scattering) * functions, "functions": functions}
         solves.append(counts | solve | {"seconds": slowness() * solve["seconds"]})
     return solves
 

@@ -119,10 +119,15 @@ class Entries:
         return [entries[slice(*pair)].reshape(shape) for pair, shape in zip(pairwise(ends), shapes, strict=True)]
 
     def rows(self, numbers):
-        """Whole rows of every parity's matrix, (len(numbers), N), of functions on at most TILE_TRIANGLES triangles."""
-        row = self._placed(block_of(self.bases, numbers))
-        wholes = zip(*(self.between(row, col) for col in self.blocks), strict=True)
-        return [np.concatenate(whole, axis=1) for whole in wholes]
+        """Whole rows of every parity's matrix, (len(numbers), N), of functions `numbers` of each parity."""
+        reach = self.bases[0].halves.shape[1]  # triangles of a function, at most; of a loop they are half as many
+        pieces = max(1, -(-reach * sum(map(len, numbers)) // TILE_TRIANGLES))
+        parts = []
+        for piece in zip(*(np.array_split(of_parity, pieces) for of_parity in numbers), strict=True):
+            row = self._placed(block_of(self.bases, piece))
+            wholes = zip(*(self.between(row, col) for col in self.blocks), strict=True)
+            parts.append([np.concatenate(whole, axis=1) for whole in wholes])
+        return [np.concatenate(of_parity) for of_parity in zip(*parts, strict=True)]
 
 
 def assemble(entries, matrices, threads=1, progress=lambda done: None):

@@ -75,7 +75,7 @@ class Basis:
     halves: np.ndarray  # (N, K) int64: numbers 3 t + i of the half functions
     signs: np.ndarray  # (N, K): +1, -1, or 0 for no further half; of a loop others
     per_triangle: int = 3  # half functions; 6 where there are magnetic currents, too (see `dielectric`)
-    vertices: np.ndarray | None = None  # (N,): corner number of a loop, -1 of other functions; None without loops
+    vertices: np.ndarray | None = None  # (N,): number of a loop's vertex, -1 of other functions; None without loops
 
     def __len__(self):
         return len(self.halves)

@@ -12,7 +12,8 @@ lambda_v, and by parts int lambda_v E_n dS = (j eta / k) int g_v . H dS. In the 
 
     -(z_vw + 4 pi k / (j eta) int Z_n lambda_v lambda_w dS),    Z_n = E_n / J_n = eps_r Z
 
-with Z of `sheet`. J_n is 0 where the sheet ends, at a junction and at a seam with anything else: there is no loop.
+with Z of `sheet`. J_n is 0 where the sheet ends, at a junction and at a seam with what is no dielectric: there is no
+loop. It is continuous across a seam of two dielectrics. Normals of neighbours must be on one side.
 """
 
 import numpy as np
@@ -22,39 +23,33 @@ from isarflow.mesh import topology
 from isarflow.scattering.materials import ETA
 from isarflow.scattering.mom.basis import Basis
 
+MOST_TRIANGLES = 32  # of a loop: a vertex of more has none, as tiles of the matrix have room for few such functions
+
 
 def loops(surface, characters, chosen):
     """Return the Basis of loops of one parity on `chosen` triangles, (T,); characters: (G,), of M.
 
-    Its `vertices` are the corner numbers; functions are times the mean edge, so that they are as large as RWG's.
+    Its `vertices` are numbers of `_fans`. Functions are times the mean edge, so that they are as large as RWG's.
     """
-    corners = surface.corners
-    inner = np.ones(corners.max() + 1, bool)
+    fans, at_edge, goes_on = _fans(surface.corners)
+    across = np.zeros(goes_on.shape, int)  # planes that a sheet meets at an edge, and crosses with its image
+    has_loop = np.bincount(fans.reshape(-1)) <= MOST_TRIANGLES
+    has_loop[fans[~chosen]] = False
     # The reflections in one plane alone are numbers 1, 2 and 4 of the group, the last axis first.
-    planes = {axis: characters[2**place] < 0 for place, axis in enumerate(reversed(surface.axes))}
-    sides = topology.edges(corners).sides
-    at_edge = np.bincount(sides.reshape(-1))
-    # Both triangles of an edge go along it in opposite directions if their normals are on one side.
-    turn = np.zeros(len(at_edge))
-    np.add.at(turn, sides, np.sign(np.roll(corners, -1, 1) - corners))
-    whole = (at_edge == 2) & (turn == 0)
-    inner[corners[~chosen]] = False
-    ends = np.stack([corners, np.roll(corners, -1, 1)], 2)
-    closed = whole[sides]  # edges beyond which the sheet goes on, (T, 3)
-    for axis, is_negative in planes.items():
+    for place, axis in enumerate(reversed(surface.axes)):
         on_plane = surface.vertices[:, :, axis] == 0
-        lies_in, along = on_plane.all(1), on_plane & np.roll(on_plane, -1, 1)
-        if is_negative:  # the normal component of a loop's current crosses the plane
-            closed = np.where(along & ~lies_in[:, None], at_edge[sides] == 1, closed)
-            inner[corners[lies_in]] = False
-        else:
-            inner[corners[on_plane & ~lies_in[:, None]]] = False
-    inner[ends[~closed]] = False
+        lies_in = on_plane.all(1)[:, None]
+        across += on_plane & np.roll(on_plane, -1, 1) & ~lies_in
+        # J_n is the same at the image if M, an axial vector, changes sign; if not, it is 0 in the plane. A triangle in
+        # the plane is its own image.
+        has_loop[fans[lies_in & on_plane if characters[2**place] < 0 else on_plane & ~lies_in]] = False
+    goes_on = np.where(across > 0, (across == 1) & (at_edge == 1), goes_on)
+    has_loop[np.stack([fans, np.roll(fans, -1, 1)], 2)[~goes_on]] = False
 
-    triangle, corner = np.nonzero(inner[corners])
-    order = np.argsort(corners[triangle, corner], kind="stable")
+    triangle, corner = np.nonzero(has_loop[fans])
+    order = np.argsort(fans[triangle, corner], kind="stable")
     triangle, corner = triangle[order], corner[order]
-    vertices, starts, many = np.unique(corners[triangle, corner], return_index=True, return_counts=True)
+    vertices, starts, many = np.unique(fans[triangle, corner], return_index=True, return_counts=True)
     of_loop = np.repeat(np.arange(len(vertices)), many)
     place = np.arange(len(triangle)) - starts[of_loop]
     halves = np.tile((3 * triangle[starts] + corner[starts])[:, None], 2 * many.max(initial=1))
@@ -65,6 +60,21 @@ def loops(surface, characters, chosen):
         halves[of_loop, column] = 3 * triangle + opposite
         signs[of_loop, column] = sign * lengths.mean() / lengths[triangle, opposite]
     return Basis(halves, signs, vertices=vertices)
+
+
+def _fans(corners):
+    """Return the fan of triangles round a vertex that each corner is of, (T, 3), and of each triangle's sides, (T, 3):
+
+    of how many triangles its edge is, and whether it is of two whose normals are on one side. Fans that have no such
+    edge in common, as of two cones that touch in their tips, are apart.
+    """
+    edges = topology.edges(corners)
+    is_whole = (edges.count == 2) & ~topology.turned(corners, edges)
+    one, other = topology.side_pairs(edges, is_whole).T  # side k is from corner k to the next one
+    after = [side // 3 * 3 + (side + 1) % 3 for side in (one, other)]
+    pairs = np.concatenate([np.stack([one, after[1]], 1), np.stack([after[0], other], 1)])
+    _, fans = topology.groups(pairs, corners.size)
+    return fans.reshape(corners.shape), edges.count[edges.sides], is_whole[edges.sides]
 
 
 def terms(entries, impedance):
@@ -78,13 +88,14 @@ def terms(entries, impedance):
     for axis in surface.axes:  # a triangle in a mirror plane is its own image: its functions count twice
         weight = weight * np.where((surface.vertices[:, :, axis] == 0).all(1), 2, 1)
     shares, result, lengths = weight[:, None, None] * (1 + np.eye(3)), [], surface.lengths
+    fans, *_ = _fans(surface.corners)
     for basis in entries.bases:
         triangle, half = np.divmod(basis.halves[:, 0], basis.per_triangle)
         scale = np.abs(basis.signs[:, 0]) * lengths[triangle, half % 3]  # of a loop
-        of_vertex = np.full(surface.corners.max() + 1, -1)
+        of_vertex = np.full(fans.max() + 1, -1)
         is_loop = basis.vertices >= 0
         of_vertex[basis.vertices[is_loop]] = np.flatnonzero(is_loop)
-        numbers = of_vertex[surface.corners]
+        numbers = of_vertex[fans]
         rows, cols = np.broadcast_arrays(numbers[:, :, None], numbers[:, None])
         there = (rows >= 0) & (cols >= 0)
         rows, cols = rows[there], cols[there]

@@ -7,7 +7,7 @@ import numpy as np
 from isarflow.mesh import topology
 from isarflow.scattering import materials
 from isarflow.scattering.costs import at_one_frequency, chosen_tolerance, planned
-from isarflow.scattering.needs import currents
+from isarflow.scattering.needs import unknowns_per_function
 from isarflow.scattering.solver import FieldSolver
 
 
@@ -31,8 +31,8 @@ class Solver(FieldSolver):
         },
         "normal_current": {
             "type": "boolean",
-            "description": "of thin dielectric sheets the current across them, too: more exact, for a third more "
-            "unknowns",
+            "description": "true or false: whether thin dielectric sheets have the current across them, too, which is "
+            "more exact, for a third more unknowns",
         },
     }
 
@@ -40,7 +40,7 @@ class Solver(FieldSolver):
         others = "material", "parts", "normal_current"
         super().__init__({key: value for key, value in settings.items() if key not in others})
         self.materials, self.has_normal_current = materials.of_parts(settings), materials.has_normal_current(settings)
-        self.currents = currents(settings)
+        self.unknowns_per_function = unknowns_per_function(settings)
         self.settings["formulation"] = materials.equation(settings)
 
     def plan(self, measures, planes, sweep):
@@ -99,7 +99,7 @@ class Solver(FieldSolver):
         return {name: of_kind[:, part] for name, of_kind in of_kinds.items()}
 
     def _of_system(self, measures):
-        return {**measures, "unknowns": round(self.currents * measures["unknowns"])}
+        return {**measures, "unknowns": round(self.unknowns_per_function * measures["unknowns"])}
 
     def _settings(self, measures, planes, sweep):
         return self.settings | {"tolerance": chosen_tolerance(measures, planes, sweep, **self.settings)}
