@@ -36,9 +36,12 @@ def method(config, target):
             name: {key: part[key] for key in ("material",) if key in part} for name, part in sorted(parts.items())
         }
     settings = config["scattering"] | own
-    if not has_normal_current(settings | {"normal_current": True}):
-        settings.pop("normal_current", None)  # says nothing of this target
-    return settings
+    return settings if has_normal_current(settings | {"normal_current": True}) else of_metal(settings)
+
+
+def of_metal(scattering):
+    """Scattering settings without what is said of dielectric sheets alone."""
+    return {key: value for key, value in scattering.items() if key != "normal_current"}
 
 
 def mesh_of(config, target):

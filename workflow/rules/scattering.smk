@@ -110,7 +110,9 @@ rule sphere:
         mem_mb=1000,
     params:
         code=code("job_sphere.py", plan.solver_file()),
-        settings=section(config, "mesh.edges_per_wavelength", "scattering"),
+        settings=section(
+            config | {"scattering": needs.of_metal(config["scattering"])}, "mesh.edges_per_wavelength", "scattering"
+        ),
     message:
         "scattering: solve a sphere and compare it with the Mie series"
     script:

@@ -5,7 +5,8 @@ patch's functions gives columns C and rows R of a tile, and W where both cross: 
 (cross approximation: Goreinov, Tyrtyshnikov, Zamarashkin, Linear Algebra Appl. 261, 1997), with W's pseudo-inverse
 regularized (Tikhonov). Half of the samples are tried first, then three quarters. Two things check every tile: the next
 quarter of the samples must be reproduced, and so must the exact entries between a few functions. One that fails, and
-every tile with near pairs, is computed in full. So are all tiles where there are magnetic currents, too.
+every tile with near pairs, is computed in full. Where there are magnetic currents, too, all tiles are, and far ones
+are then compressed.
 
 The samples of twelve patches make one panel of a tile's usual size, and so do functions for checks. Every task of a
 thread computes the entries that it compresses.

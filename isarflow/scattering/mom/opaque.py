@@ -1,4 +1,4 @@
-"""Opaque bodies and coated metal: the impedance boundary condition (IBC).
+"""Opaque bodies and coated metal: the impedance boundary condition (IBC). Dielectric sheets are solved here, too.
 
 Where waves that enter a body do not come back, the field on its surface is E_tan = Z n x H, with the normal n outward
 and an impedance Z of the material (Leontovich; Senior, Volakis, Approximate Boundary Conditions in Electromagnetics,
