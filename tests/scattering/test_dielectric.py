@@ -238,9 +238,11 @@ def test_a_solid_target_is_planned_with_both_currents_on_shorter_edges():
     measures = {"unknowns": 9000, "triangles": 6000, "box": box}
     found = build_solver(METHOD | {"material": material}).plan(measures, 0, asked)
     doubled = {**measures, "unknowns": 18000}
-    assert found == planned(doubled, 0, asked, "pmchwt", "single", None)
-    # A whole matrix of twice the unknowns.
-    assert 4 * 18000**2 / 1e6 < found[0] - BASE_MEGABYTES < 1.3 * 4 * 18000**2 / 1e6
+    assert found == planned(doubled, 0, asked, "pmchwt", "single", 1e-5)
+    # Twice the unknowns, of which a whole matrix takes more memory and time.
+    whole = planned(doubled, 0, asked, "pmchwt", "single", None)
+    assert 4 * 18000**2 / 1e6 < whole[0] - BASE_MEGABYTES < 1.3 * 4 * 18000**2 / 1e6
+    assert found[0] < whole[0] and found[1] < whole[1]
     radar = {"center_frequency": FREQUENCY, "bandwidth": 0.0, "frequencies": 1}
     mesh = {"edges_per_wavelength": 10, "bands": 1, "remesh": True}
     config = {"mesh": mesh, "targets": {"metal": {}, "wall": {"material": {**material, "thickness": 0.01}}}}
