@@ -94,8 +94,9 @@ def equation(settings):
 
 
 def has_normal_current(settings):
-    """Tell whether a target has dielectric sheets, and its settings do not leave the current across them out."""
-    return settings.get("normal_current", True) and any(map(is_dielectric_sheet, of_parts(settings).values()))
+    """Tell whether a target has dielectric sheets with a current across them: by the default solver, unless left out."""
+    of_solver = settings.get("normal_current", settings.get("solver", "mom") == "mom")
+    return of_solver and any(map(is_dielectric_sheet, of_parts(settings).values()))
 
 
 def is_solid(material):

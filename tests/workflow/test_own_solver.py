@@ -140,7 +140,8 @@ def test_settings_of_the_default_solver_are_not_taken_over(folder):
     config = load_config({"scattering": OPTICS, "targets": {"a": KNOWN}, "learning": {"experiments": {}}})
     assert config["scattering"] == OPTICS
     same = load_config({"scattering": {"solver": "mom", "precision": "double"}})
-    assert same["scattering"] == {"solver": "mom", "formulation": "efie", "precision": "double", "tolerance": 1e-5}
+    defaults = {"formulation": "efie", "tolerance": 1e-5, "normal_current": True}
+    assert same["scattering"] == {"solver": "mom", "precision": "double"} | defaults
 
 
 def test_what_is_not_installed_is_named(tmp_path, monkeypatch):
