@@ -94,7 +94,7 @@ def equation(settings):
 
 
 def has_normal_current(settings):
-    """Tell whether a target has dielectric sheets with a current across them: by the default solver, unless left out."""
+    """Tell whether a target has dielectric sheets with a current across: by the default solver, unless left out."""
     of_solver = settings.get("normal_current", settings.get("solver", "mom") == "mom")
     return of_solver and any(map(is_dielectric_sheet, of_parts(settings).values()))
 
