@@ -64,6 +64,11 @@ class Surface:
         flips = np.array(list(product([0, 1], repeat=len(self.axes))), int).reshape(2 ** len(self.axes), -1)
         return (-1.0) ** (flips @ flips.T)
 
+    def negative_axes(self, characters):
+        """The axes whose reflection alone has a negative character; characters: (G,), of a parity, or of its M."""
+        # The reflections in one plane alone are numbers 1, 2 and 4 of the group, the last axis first.
+        return [axis for place, axis in enumerate(reversed(self.axes)) if characters[2**place] < 0]
+
 
 @dataclass(frozen=True)
 class Basis:
@@ -133,8 +138,7 @@ def _images(upper, lower, plane):
 def rwg(surface, parity, chosen=None):
     """The Basis of one parity, (G,), a row of `surface.parities`; chosen: (T,), its triangles, or None for all."""
     count = len(surface.vertices)
-    # The reflections in one plane alone are numbers 1, 2 and 4 of the group, the last axis first.
-    negative = [axis for place, axis in enumerate(reversed(surface.axes)) if parity[2**place] < 0]
+    negative = surface.negative_axes(parity)
     alive, single = np.ones(count, bool) if chosen is None else chosen.copy(), np.zeros((count, 3), bool)
     for axis in negative:
         on_plane = surface.vertices[:, :, axis] == 0

@@ -35,14 +35,14 @@ def loops(surface, characters, chosen):
     across = np.zeros(goes_on.shape, int)  # planes that a sheet meets at an edge, and crosses with its image
     has_loop = np.bincount(fans.reshape(-1)) <= MOST_TRIANGLES
     has_loop[fans[~chosen]] = False
-    # The reflections in one plane alone are numbers 1, 2 and 4 of the group, the last axis first.
-    for place, axis in enumerate(reversed(surface.axes)):
+    negative = surface.negative_axes(characters)
+    for axis in surface.axes:
         on_plane = surface.vertices[:, :, axis] == 0
         lies_in = on_plane.all(1)[:, None]
         across += on_plane & np.roll(on_plane, -1, 1) & ~lies_in
         # J_n is the same at the image if M, an axial vector, changes sign; if not, it is 0 in the plane. A triangle in
         # the plane is its own image.
-        has_loop[fans[lies_in & on_plane if characters[2**place] < 0 else on_plane & ~lies_in]] = False
+        has_loop[fans[lies_in & on_plane if axis in negative else on_plane & ~lies_in]] = False
     goes_on = np.where(across > 0, (across == 1) & (at_edge == 1), goes_on)
     has_loop[np.stack([fans, np.roll(fans, -1, 1)], 2)[~goes_on]] = False
 

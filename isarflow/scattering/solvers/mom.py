@@ -51,7 +51,7 @@ class Solver(FieldSolver):
         from isarflow.core.compiled import keep_compiled
         from isarflow.scattering.checks import checked_mesh
         from isarflow.scattering.mom.device import holds
-        from isarflow.scattering.solve import solve
+        from isarflow.scattering.solve import FORMULATIONS, solve
 
         vertices, triangles = checked_mesh(vertices, triangles)
         box = np.ptp(vertices, axis=0)
@@ -72,7 +72,7 @@ class Solver(FieldSolver):
 
         arguments = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations, symmetry
         options = settings | {"paired": sweep.paired, "receivers": sweep.receivers, "threads": threads}
-        if settings["formulation"] in ("pmchwt", "ibc", "tds"):  # follow from what a target is of
+        if settings["formulation"] not in FORMULATIONS:  # it follows from what a target is of
             options["formulation"] = "efie"
         options |= self._of_materials(vertices, triangles, sweep.frequency, part)
         solution = solve(vertices, triangles, *arguments, progress=say, **options)
