@@ -184,6 +184,24 @@ def test_metal_beside_an_opaque_part_closes_it(winged):
         solve(vertices, ball, *ask, impedance=50 * ~upper[None], surface_impedance=OHM[0] * upper[None])
 
 
+def test_compressed_matrices_take_full_patches():
+    """Rings of a sphere make four patches of the most triangles; the first has 1042 functions."""
+    count, ring = 30, np.arange(22)
+    up, around = np.meshgrid(np.pi * np.arange(1, count + 1) / (count + 1), 2 * np.pi * ring / 22, indexing="ij")
+    points = np.stack([np.sin(up) * np.cos(around), np.sin(up) * np.sin(around), np.cos(up)], axis=-1).reshape(-1, 3)
+    here = np.arange((count - 1) * 22)
+    there, last = here // 22 * 22 + (here + 1) % 22, here[-22:] + 22
+    sides = np.stack([here, there, here + 22]), np.stack([there, there + 22, here + 22])
+    caps = (
+        np.stack([ring, (ring + 1) % 22, 0 * ring + 22 * count]),
+        np.stack([last, np.roll(last, -1), last * 0 + 22 * count + 1]),
+    )
+    mesh = outward(0.3 * np.append(points, [[0, 0, 1], [0, 0, -1]], axis=0), np.concatenate([*sides, *caps], axis=1).T)
+    how = [FREQUENCY], [20.0], [10.0, 50.0], ["VV", "HV"]
+    whole, compressed = (solve(*mesh, *how, surface_impedance=OHM[0], tolerance=of).field for of in (None, 1e-6))
+    assert np.abs(compressed - whole).max() < 1e-5 * np.abs(whole).max()
+
+
 def test_no_surface_impedance_is_metal_to_the_bit(pebble):
     plain, zero = (
         solve(*pebble, [FREQUENCY], [20.0], [10.0, 50.0], ["VV", "HV"], **how).field

@@ -18,6 +18,7 @@ from scipy.linalg.lapack import zpstrf, ztrtri
 from isarflow.scattering.costs import SKETCH_COLUMNS
 from isarflow.scattering.mom.device import give_back
 from isarflow.scattering.mom.factorization import Symmetric, runs, share_of_work
+from isarflow.scattering.mom.tiles import TILE_TRIANGLES
 from isarflow.scattering.threads import Pool
 
 FREED_COLUMNS = 8  # columns after which free memory is given back
@@ -28,7 +29,8 @@ RAISED_COLUMNS = 7 + SPARE_COLUMNS  # columns more than the rank of the matrix's
 STRIPE_ROWS = 64  # rows of a triangular block that are multiplied at once: fewer spare zeros, more make faster products
 PROJECTION_NUMBERS = 1 << 25  # numbers that a thread may keep in a substitution
 UPPER = np.triu(np.ones((SKETCH_COLUMNS, SKETCH_COLUMNS)))  # to multiply with: np.triu takes as long as a small inverse
-RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.complex64)
+# A row for each function of a tile, electric and magnetic: on all of TILE_TRIANGLES at most.
+RANDOM = np.random.default_rng(0).standard_normal((6 * TILE_TRIANGLES, 1024)).astype(np.complex64)
 
 
 def compress(times, project, width, error_limit, first_columns=SKETCH_COLUMNS):
