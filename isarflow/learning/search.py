@@ -65,7 +65,8 @@ class Search:
             moves.to_samples * moves.phases(drift=-drift).ravel() @ moves.to_image if drift else None
             for drift in self.drifts
         ]
-        # Half cells are the places: (places, lines of a spectrum) in range, and the transpose in cross-range.
+        # Half cells are the places: (lines of a spectrum, places) in range, and (2 lines, places) in cross-range, where
+        # the product with a spectrum's real and imaginary parts is the real part.
         self.sizes = [2 * count for count in moves.shape]
         self.steps = [(axis[1] - axis[0]) / 2 for axis in moves.imager.axes()]
         # Beyond half the extent an image has the same places again.
@@ -80,10 +81,12 @@ class Search:
                 self.largest_offsets, (self.lines[0], _not_negative(self.lines[1])), self.sizes, strict=True
             )
         )
-        self.to_places = rows, columns.T
+        self.to_places = rows.T, columns.conj().view(np.float32).T
         parts = [self._compared(templates[start : start + BLOCK]) for start in range(0, len(templates), BLOCK)]
         self.invariants, spectra = (np.concatenate(part) for part in zip(*parts, strict=True))
-        self.spectra = np.conj(spectra) * self._weights()
+        # (t, columns, channel times lines), as `_candidates` multiplies them.
+        spectra = np.conj(spectra) * self._weights()
+        self.spectra = spectra.transpose(0, 3, 1, 2).reshape(len(spectra), spectra.shape[3], -1)
 
     def _weights(self):
         """How often each column of half a spectrum stands in the whole one."""
@@ -145,9 +148,11 @@ class Search:
         chosen = [first + np.argpartition(-likeness[first:end], count - 1)[:count] for (first, end), count in classes]
         chosen = np.concatenate(chosen)
         rows, columns = self.to_places
-        # NumPy's sum over an inner axis takes twice as long.
-        channels = zip(spectrum, self.spectra[chosen].swapaxes(0, 1), strict=True)
-        correlation = (rows @ sum(one * other for one, other in channels) @ columns).real
+        # A few large products, as one for each template takes twice as long; the last of real numbers.
+        there = spectrum.transpose(2, 0, 1)[..., None] * rows
+        down = self.spectra[chosen].swapaxes(0, 1) @ there.reshape(len(there), -1, rows.shape[1])
+        down = np.ascontiguousarray(down.transpose(1, 2, 0)).view(np.float32)
+        correlation = (down.reshape(-1, len(columns)) @ columns).reshape(*down.shape[:2], -1)
         correlation[likeness[chosen] <= EXCLUDED] = EXCLUDED
         each, shape = np.arange(len(chosen)), correlation.shape[1:]
         row, column = np.unravel_index(correlation.reshape(len(chosen), -1).argmax(axis=1), shape)

@@ -118,7 +118,9 @@ class Model(Library):
             chosen = first + np.argpartition(-near[:, first:end], count - 1, axis=1)[:, :count]
             for row, templates in enumerate(chosen):
                 seen, there = white[templates], near[row, templates] > -1.5
-                energies = np.abs(seen.conj() @ x[row]) ** 2 / np.maximum(np.abs(seen) ** 2 @ weights[row], 1e-30)
+                # NumPy's magnitude of complex numbers, and their conjugates, take longer than all the rest.
+                squared = seen.view(np.float32) ** 2 @ np.repeat(weights[row], 2)
+                energies = np.abs(seen @ x[row].conj()) ** 2 / np.maximum(squared, 1e-30)
                 best[row, number] = (energies * there).max()
         return best
 
