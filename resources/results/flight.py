@@ -39,11 +39,11 @@ STEPS = {  # words of a curve: run, experiment, model, its score
     "+ drift, jitter, lost pulses": (METAL, "drift", "likelihood", "likelihood"),
     "+ other models": (METAL, "models", *LIBRARY),
     "+ materials": (OTHERWISE, "still", *LIBRARY),
-    "+ turning blades: in flight": (FLIGHT, "flight", *LIBRARY),
+    "+ blades and wings move: in flight": (FLIGHT, "flight", *LIBRARY),
 }
 WHAT_IF = {  # what is otherwise than in flight: run, experiment
     "in flight": (FLIGHT, "flight"),
-    "blades that stand still": (OTHERWISE, "still"),
+    "blades and wings that stand still": (OTHERWISE, "still"),
     "on a turntable: place and path known, all pulses": (OTHERWISE, "placed"),
     "VV alone": (OTHERWISE, "one_channel"),
 }
