@@ -25,8 +25,8 @@ def full_size_table(results):
     # Other experiments learn from fewer views or targets than the full-size runs.
     whole = [name for name, of in experiments.items() if of["train"]["elevation"] == "all" and not of.get("without")]
     methods = select(lead(results), experiment=whole)[["set", "threshold", *METHOD]].drop_duplicates()
-    seen = [experiments[name].get("channels", results.polarizations) for name in methods["experiment"]]
-    methods["polarizations"] = [", ".join(sorted(channels)) for channels in seen]
+    seen = {name: ", ".join(sorted(of.get("channels", results.polarizations))) for name, of in experiments.items()}
+    methods["polarizations"] = methods["experiment"].map(seen).astype(str)  # of none the map is not of text
     sized = select(results.full_size, **case).drop(columns="experiment").drop_duplicates([*SAME, "test_snr_db"])
     here = methods.merge(select(results.mean_scores, **case), on=[*METHOD, "threshold"])
     pairs = {"this run": here, "full size": methods.merge(sized, on=SAME)}

@@ -302,10 +302,13 @@ def test_the_headline_s_methods_stand_beside_the_same_ones_at_full_size(tmp_path
     (table,) = shown(learning=learning | {"experiments": narrow})
     (row,) = select(kept, experiment="elevation_vv", **case).to_dict("records")
     assert table.shown["12 dB"].iloc[1].startswith(f"{row['value']:.3f} [")
-    # That run itself, a run of other targets, and one that learns from fewer.
+    # That run itself, a run of other targets, and those that learn from fewer targets or views.
     fewer = {name: own | {"without": ["drone"]} for name, own in learning["experiments"].items()}
+    views = {name: own | {"train": fake.CLEAN | {"elevation": [0]}} for name, own in learning["experiments"].items()}
     targets = {name: own for name, own in settings["targets"].items() if name != "aircraft"}
-    for changes in ({"name": "recognition"}, {"targets": targets}, {"learning": learning | {"experiments": fewer}}):
+    less = [{"learning": learning | {"experiments": each}} for each in (fewer, views)]
+    less += [of | {"targets": targets} for of in less]
+    for changes in ({"name": "recognition"}, {"targets": targets}, *less):
         assert shown(**changes) == ()
 
 
