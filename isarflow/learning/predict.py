@@ -17,6 +17,7 @@ from isarflow.learning.experiments import is_by_family
 from isarflow.learning.tables import FOUND, KNOWN, SCORE, read_table, write_table
 
 BATCH = 1024  # images at a time: bounds the memory; as it is constant, results stay the same bit for bit
+TOGETHER = 2 * BATCH  # images of several targets that are classified at once: models fill up their last batch
 SIDES = {"known": ("validation", "test"), "unknown": ("validation", "test"), "other": ("validation",)}
 
 
@@ -90,51 +91,76 @@ def predict_at(model, stores, tested, divided, config):
     (docs/method.md).
     Raises InputError for a model that gives no proper Outcome, and in an open run for one without a confidence score.
     """
-    run, is_open, tables = config["run"], tested.is_open, []
-    who = describe(config["model"], run["name"], config["kind"])
-    # Only at random does a view left out relate to the rest of the library as a test view does to all of it.
-    leaves_out = is_open and model.leaves_out and run["split"] == "random" and run["elevation"] == "all"
-    for store in sorted(stores, key=images.target_of):
-        target = images.target_of(store)
-        role, of = tested.roles[target], divided[target]
-        sides, trained = SIDES[role], role == "known" and target not in run["without"]
-        if is_by_family(run):
-            # A model has one side; one of role other is in the test as unknown as those that never train.
-            sides = (run["division"]["settings"]["sides"][target],)
-            role = "unknown" if role == "other" and sides == ("test",) else role
-        if role == "known" and run["without"]:
-            # Of known targets those that did not train are tested, and those that did validate.
-            sides = ("validation",) if trained else ("test",)
-        # The last bits of a score depend on the rest of its batch. Test images have their own batches in a closed run
-        # and are mixed with the validation images in an open one.
-        parts = [sides] if is_open else [(side,) for side in sides]
-        parts += [("train",)] if leaves_out and trained else []
-        every = [side for part in parts for side in part]
-        found, origins = images.read_side([store], {target: of}, run, *every, realizations=tested.realizations)
-        for part in parts:
-            left_out, rows = part == ("train",), of.on(origins, *part)
-            if left_out:
-                rows &= (origins["realization"] == 0).to_numpy()  # they are many already
-            pixels, origin = found[rows], origins[rows].reset_index(drop=True)
-            received = origin.pop(images.RECEIVED) if images.RECEIVED in origin else None
-            outcome = classify(model, pixels, images.aspects(origin, tested.planes) if left_out else None, received)
-            refuse(who, of_outcome(outcome, len(pixels), model.classes_, f" of {store}"))
-            if is_open and not outcome.known:
-                advice = f"Give it one, or take the model out of open experiments ('{run['experiment']}')."
-                raise InputError(f"{who}: its evaluate gives no known score, so nothing can be rejected. {advice}")
-            held_out = of.on(origin, "validation")
-            columns = {
-                "truth": tested.classes.get(target, target) if role == "known" else OTHER,
-                "predicted": outcome.labels,
-                "role": role,
-                "side": LEFT_OUT if left_out else np.where(held_out, "validation", "test"),
-                "fold": run["division"]["fold"],
-                "block": of.blocks[np.searchsorted(of.azimuth, origin["azimuth"])],
-            }
-            columns |= {name: origin.pop(name) for name in list(origin) if name.startswith("snr_")}
-            columns |= _columns(outcome if is_open else outcome._replace(known={}), model.classes_)
-            tables.append(origin.drop(columns="label").assign(**columns))
+    stores, waiting, tables = sorted(stores, key=images.target_of), [], []
+    for store in stores:
+        waiting += _views(store, model, tested, divided[images.target_of(store)], config["run"])
+        if sum(len(views.pixels) for views in waiting) >= TOGETHER or store == stores[-1]:
+            for left_out in (False, True):
+                if together := [views for views in waiting if views.left_out == left_out]:
+                    tables.append(_judged(model, together, tested, config))
+            waiting = []
     return pd.concat(tables).sort_values(["target", "elevation", "azimuth", "realization"], ignore_index=True)
+
+
+class _Views(NamedTuple):
+    """Images of a store that are judged at once."""
+
+    store: str
+    left_out: bool  # whether they are training views, without whose own aspects they are judged
+    pixels: np.ndarray
+    table: pd.DataFrame  # a row for each: the columns of its prediction, `predicted` empty
+
+
+def _views(store, model, tested, of, run):
+    """The _Views of a store that are tested. of: the target's `images.Divided`."""
+    target, found = images.target_of(store), []
+    role = tested.roles[target]
+    # Only at random does a view left out relate to the rest of the library as a test view does to all of it.
+    leaves_out = tested.is_open and model.leaves_out and run["split"] == "random" and run["elevation"] == "all"
+    sides, trained = SIDES[role], role == "known" and target not in run["without"]
+    if is_by_family(run):
+        # A model has one side; one of role other is in the test as unknown as those that never train.
+        sides = (run["division"]["settings"]["sides"][target],)
+        role = "unknown" if role == "other" and sides == ("test",) else role
+    if role == "known" and run["without"]:
+        # Of known targets those that did not train are tested, and those that did validate.
+        sides = ("validation",) if trained else ("test",)
+    parts = [sides, ("train",)] if leaves_out and trained else [sides]
+    every = [side for part in parts for side in part]
+    pixels, origins = images.read_side([store], {target: of}, run, *every, realizations=tested.realizations)
+    for part in parts:
+        left_out, rows = part == ("train",), of.on(origins, *part)
+        if left_out:
+            rows &= (origins["realization"] == 0).to_numpy()  # they are many already
+        origin = origins[rows].drop(columns="label").reset_index(drop=True)
+        held_out, snrs = of.on(origin, "validation"), [name for name in origin if name.startswith("snr_")]
+        columns = {
+            "truth": tested.classes.get(target, target) if role == "known" else OTHER,
+            "predicted": "",
+            "role": role,
+            "side": LEFT_OUT if left_out else np.where(held_out, "validation", "test"),
+            "fold": run["division"]["fold"],
+            "block": of.blocks[np.searchsorted(of.azimuth, origin["azimuth"])],
+        }
+        table = origin.drop(columns=snrs).assign(**columns, **origin[snrs])
+        found.append(_Views(store, left_out, pixels[rows], table))
+    return found
+
+
+def _judged(model, together, tested, config):
+    """The predictions of some _Views, all of which are left out, or none."""
+    stores, (left_out, *_), pixels, tables = zip(*together, strict=True)
+    pixels, table, run = np.concatenate(pixels), pd.concat(tables, ignore_index=True), config["run"]
+    received = table.pop(images.RECEIVED) if images.RECEIVED in table else None
+    outcome = classify(model, pixels, images.aspects(table, tested.planes) if left_out else None, received)
+    who, where = describe(config["model"], run["name"], config["kind"]), f" of {stores[0]}"
+    where += f" and {len(stores) - 1} more" if len(stores) > 1 else ""
+    refuse(who, of_outcome(outcome, len(pixels), model.classes_, where))
+    if tested.is_open and not outcome.known:
+        advice = f"Give it one, or take the model out of open experiments ('{run['experiment']}')."
+        raise InputError(f"{who}: its evaluate gives no known score, so nothing can be rejected. {advice}")
+    shown = outcome if tested.is_open else outcome._replace(known={})
+    return table.assign(predicted=outcome.labels, **_columns(shown, model.classes_))
 
 
 def classify(model, images, without=None, received=None):
