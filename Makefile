@@ -7,8 +7,8 @@
 # make benchmark: fifteen targets, five protocols, the leaderboard of docs/benchmark.md (an hour), published
 # make kinds: whether models of kinds are recognised that never trained, docs/kinds.md (75 minutes), published
 # make kinds-growth: AUROC over models, other kinds, polarizations and resolution (an hour and a half)
-# make flight: drone, bird or missile in flight, from kept fields, for docs/flight.md (50 minutes), published
-# make flight-steps: the way there from the laboratory, and what is otherwise (75 minutes), published
+# make flight: drone, bird or missile in flight, from kept fields, for docs/flight.md (half an hour), published
+# make flight-steps: the way there from the laboratory, and what is otherwise (an hour), published
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
